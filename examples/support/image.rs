@@ -1,0 +1,95 @@
+//! Colours in and PNG files out.
+//!
+//! Pixels are RGBA8 in one `u32`, red in the low byte: `0xAABBGGRR`.
+
+use glam::Vec3;
+use std::{fs, io, path::Path, path::PathBuf};
+
+/// The linear light that an sRGB value in [0, 1] stands for, within 0.0014: what shading computes with.
+///
+/// A polynomial and, the other way, two square roots: the exact `powf` neither vectorises nor has the same
+/// bits everywhere.
+pub fn srgb_to_linear(srgb: Vec3) -> Vec3 {
+    srgb * (srgb * (srgb * 0.314_414 + 0.667_441) + 0.018_145)
+}
+
+/// The sRGB value of linear light, clamped to [0, 1], within 2.5 / 255.
+pub fn linear_to_srgb(linear: Vec3) -> Vec3 {
+    let linear = linear.clamp(Vec3::ZERO, Vec3::ONE);
+    let root2 = Vec3::new(linear.x.sqrt(), linear.y.sqrt(), linear.z.sqrt());
+    let root4 = Vec3::new(root2.x.sqrt(), root2.y.sqrt(), root2.z.sqrt());
+    (root2 * 1.385_216 - linear * 0.261_681 - root4 * 0.123_535).max(Vec3::ZERO)
+}
+
+/// An opaque pixel; channels are clamped to [0, 1], and NaN becomes 0.
+pub fn pack(rgb: Vec3) -> u32 {
+    // 2²³ + v has v, rounded, in its low bits; Rust's `as` saturates, which costs more than all of the rest.
+    let channel = |v: f32| {
+        let v = if v > 0.0 { v } else { 0.0 };
+        let v = if v < 1.0 { v } else { 1.0 };
+        (v * 255.0 + 8_388_608.0).to_bits() & 0xff
+    };
+    channel(rgb.x) | channel(rgb.y) << 8 | channel(rgb.z) << 16 | 0xff << 24
+}
+
+/// Where an example writes: the path that is its first argument, or `target/examples-output/NAME.png`.
+pub fn output_path(name: &str) -> PathBuf {
+    match std::env::args_os().nth(1) {
+        Some(path) => path.into(),
+        None => default_path(name),
+    }
+}
+
+/// `target/examples-output/NAME.png` below the current directory, which git ignores already.
+pub fn default_path(name: &str) -> PathBuf {
+    PathBuf::from(format!("target/examples-output/{name}.png"))
+}
+
+/// Writes opaque or transparent `0xAABBGGRR` pixels, row by row from the top, and says where.
+///
+/// # Errors
+///
+/// Whatever the file system says, with the path in front.
+///
+/// # Panics
+///
+/// If `pixels` are not `width` × `height`.
+pub fn write_png(path: &Path, width: u32, height: u32, pixels: &[u32]) -> io::Result<()> {
+    let bytes: Vec<u8> = pixels.iter().flat_map(|pixel| pixel.to_le_bytes()).collect();
+    write(path, width, height, png::ColorType::Rgba, &bytes)
+}
+
+/// Writes one byte for each pixel, 255 white.
+///
+/// # Errors
+///
+/// Whatever the file system says, with the path in front.
+///
+/// # Panics
+///
+/// If `pixels` are not `width` × `height`.
+pub fn write_png_gray(path: &Path, width: u32, height: u32, pixels: &[u8]) -> io::Result<()> {
+    write(path, width, height, png::ColorType::Grayscale, pixels)
+}
+
+fn write(path: &Path, width: u32, height: u32, color: png::ColorType, bytes: &[u8]) -> io::Result<()> {
+    assert_eq!(
+        bytes.len(),
+        width as usize * height as usize * color.samples(),
+        "the pixels of a {width}x{height} picture"
+    );
+    let save = || -> io::Result<()> {
+        if let Some(directory) = path.parent() {
+            fs::create_dir_all(directory)?;
+        }
+        let mut encoder = png::Encoder::new(io::BufWriter::new(fs::File::create(path)?), width, height);
+        encoder.set_color(color);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(bytes)?;
+        Ok(writer.finish()?)
+    };
+    save().map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", path.display())))?;
+    println!("wrote {} ({width}x{height})", path.display());
+    Ok(())
+}

@@ -1,0 +1,14 @@
+//! What the examples share and the rasterizer does not need: models, a camera, a texture, a PNG writer.
+//!
+//! Nothing here knows the rasterizer: `glam` vectors go out, and `0xAABBGGRR` pixels come in.
+#![allow(
+    dead_code,
+    unreachable_pub,
+    reason = "written like a crate of its own, of which each example uses a part"
+)]
+
+pub mod camera;
+pub mod image;
+pub mod mesh;
+pub mod teapot;
+pub mod texture;

@@ -1,0 +1,269 @@
+//! Clipping: what to cut away before dividing by w.
+//!
+//! Only what the arithmetic cannot bear or the contract forbids is cut: w ≤ 0, the near and far planes, and a guard band
+//! so far outside the frame that few triangles ever meet it. The frame's border itself cuts nothing; the render area
+//! bounds the traversal instead, so edges stay where they are.
+//!
+//! Cutting works on the position and on weights over the triangle's three original vertices. Whatever is to be
+//! interpolated is then made from the originals, once for each vertex that the cut leaves: varyings of any type survive,
+//! flat ones too.
+
+use glam::Vec4;
+
+use crate::target::EXTENT;
+use crate::viewport::{ClipDepth, Viewport, ViewportTransform};
+
+/// Whether triangles are cut at the near and far planes (Vulkan's `depthClampEnable`, Direct3D's `DepthClipEnable`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum DepthClip {
+    /// Fragments nearer than the near plane or farther than the far plane do not exist.
+    #[default]
+    Clip,
+    /// They exist, with depths clamped to the viewport's depth range. What lies behind the eye is still cut.
+    Clamp,
+}
+
+/// The smallest w that is kept: 2⁻⁶⁴. Then 1/w times an edge function of 2⁴⁹ stays far from infinity.
+const W_MIN: f32 = f32::from_bits((127 - 64) << 23);
+
+/// The largest magnitude of any coordinate: 2¹⁰⁰, about 1.27 · 10³⁰. Then distances to planes stay finite.
+const COORDINATE_MAX: f32 = f32::from_bits((127 + 100) << 23);
+
+/// The guard band ends one pixel before the numbers do, so that rounding has somewhere to go.
+pub(crate) const GUARD_BAND: f32 = (EXTENT - 1) as f32;
+
+/// A triangle cut by seven planes has at most ten corners.
+const MAX_CORNERS: usize = 10;
+
+const PLANES: u8 = 7;
+
+/// Outcode bit of a position that is no point: NaN, infinite or beyond [`COORDINATE_MAX`].
+pub(crate) const INVALID: u8 = 1 << PLANES;
+
+/// The part of clip space that is kept.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ClipVolume {
+    transform: ViewportTransform,
+    clips_depth: bool,
+}
+
+/// A corner of what clipping leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Corner {
+    pub(crate) position: Vec4,
+    /// Its perspective weights over the three vertices of the triangle.
+    pub(crate) weights: [f32; 3],
+}
+
+impl ClipVolume {
+    pub(crate) fn new(viewport: &Viewport, depth_clip: DepthClip) -> Self {
+        Self { transform: viewport.transform(), clips_depth: depth_clip == DepthClip::Clip }
+    }
+
+    /// Whether a position is kept, given its framebuffer coordinates. False whenever anything is NaN.
+    #[inline(always)]
+    pub(crate) fn contains(&self, position: Vec4, x: f32, y: f32) -> bool {
+        let [_, _, z, w] = position.to_array();
+        let (near, far) = if self.clips_depth { (0.0, w) } else { (-COORDINATE_MAX, COORDINATE_MAX) };
+        (w >= W_MIN)
+            & (w <= COORDINATE_MAX)
+            & (x >= -GUARD_BAND)
+            & (x <= GUARD_BAND)
+            & (y >= -GUARD_BAND)
+            & (y <= GUARD_BAND)
+            & (z >= near)
+            & (z <= far)
+    }
+
+    /// Which planes the position lies outside of, a bit each. [`INVALID`] instead when it is no point.
+    pub(crate) fn outcode(&self, position: Vec4) -> u8 {
+        if !position.to_array().iter().all(|c| (-COORDINATE_MAX..=COORDINATE_MAX).contains(c)) {
+            return INVALID;
+        }
+        (0..PLANES).fold(0, |code, plane| code | (u8::from(self.distance(plane, position) < 0.0) << plane))
+    }
+
+    /// The signed distance to a plane in some unit: not negative inside, linear in the position.
+    fn distance(&self, plane: u8, p: Vec4) -> f32 {
+        let ViewportTransform { scale, offset } = self.transform;
+        let x = p.x * scale[0] + p.w * offset[0]; // framebuffer coordinate times w
+        let y = p.y * scale[1] + p.w * offset[1];
+        let side = p.w * GUARD_BAND;
+        match plane {
+            0 => p.w - W_MIN,
+            1 if self.clips_depth => p.z,
+            2 if self.clips_depth => p.w - p.z,
+            3 => side + x,
+            4 => side - x,
+            5 => side + y,
+            6 => side - y,
+            _ => 0.0,
+        }
+    }
+
+    /// What is left of a triangle, a convex polygon in the same winding order.
+    pub(crate) fn clip(&self, triangle: [Vec4; 3], outcodes: u8) -> Polygon {
+        let mut polygon = Polygon::of_triangle(triangle);
+        for plane in (0..PLANES).filter(|plane| outcodes >> plane & 1 == 1) {
+            polygon.cut(|corner| self.distance(plane, corner.position));
+        }
+        polygon
+    }
+}
+
+/// A convex polygon in clip space.
+#[derive(Clone, Debug)]
+pub(crate) struct Polygon {
+    corners: [Corner; MAX_CORNERS],
+    len: usize,
+}
+
+impl Polygon {
+    fn of_triangle([a, b, c]: [Vec4; 3]) -> Self {
+        let corner = |position, weights| Corner { position, weights };
+        let mut corners = [corner(a, [1.0, 0.0, 0.0]); MAX_CORNERS];
+        corners[1] = corner(b, [0.0, 1.0, 0.0]);
+        corners[2] = corner(c, [0.0, 0.0, 1.0]);
+        Self { corners, len: 3 }
+    }
+
+    pub(crate) fn corners(&self) -> &[Corner] {
+        self.corners.get(..self.len).unwrap_or_default()
+    }
+
+    /// Keeps the part where `distance` is not negative.
+    ///
+    /// The corners outside follow one another, because the polygon is convex; two cuts take their place.
+    fn cut(&mut self, distance: impl Fn(&Corner) -> f32) {
+        let is_inside = |corner: &Corner| distance(corner) >= 0.0;
+        let corners = self.corners.get_mut(..self.len).unwrap_or_default();
+        let inside = corners.iter().filter(|corner| is_inside(corner)).count();
+        if inside == corners.len() {
+            return;
+        }
+        if inside == 0 {
+            self.len = 0;
+            return;
+        }
+        // Turn the polygon until it starts with the first corner inside after one outside.
+        for _ in 0..corners.len() {
+            let starts = match (corners.first(), corners.last()) {
+                (Some(first), Some(last)) => is_inside(first) && !is_inside(last),
+                _ => true,
+            };
+            if starts {
+                break;
+            }
+            corners.rotate_left(1);
+        }
+        let kept = corners.iter().take_while(|corner| is_inside(corner)).count();
+        let between = |inside: usize, outside: usize| {
+            Some(Corner::between(corners.get(inside)?, corners.get(outside)?, &distance))
+        };
+        let cuts = (between(kept - 1, kept), between(0, corners.len() - 1));
+        if let (Some(leaving), Some(entering)) = cuts {
+            if let Some([a, b]) = self.corners.get_mut(kept..kept + 2) {
+                (*a, *b) = (leaving, entering);
+                self.len = kept + 2;
+            }
+        }
+    }
+}
+
+impl Corner {
+    /// The point of an edge where `distance` is zero.
+    ///
+    /// A weighted mean of both ends, not a step from one of them: the small end's rounding error does not grow with the
+    /// large one, and since `+` commutes, both triangles at an edge compute the same bits whichever way they walk it.
+    fn between(a: &Self, b: &Self, distance: &impl Fn(&Self) -> f32) -> Self {
+        let (da, db) = (distance(a), distance(b)); // of opposite signs
+        let whole = da - db;
+        let (ka, kb) = (-db / whole, da / whole);
+        let mix = |i: usize| a.weights[i] * ka + b.weights[i] * kb;
+        Self { position: a.position * ka + b.position * kb, weights: [mix(0), mix(1), mix(2)] }
+    }
+
+    /// Its screen-linear weights over vertices whose w are these.
+    pub(crate) fn barycentrics(&self, w: [f32; 3]) -> [f32; 3] {
+        let [a, b, c] = self.weights;
+        let parts = [a * w[0], b * w[1], c * w[2]];
+        let whole = parts[0] + parts[1] + parts[2];
+        [parts[0] / whole, parts[1] / whole, parts[2] / whole]
+    }
+}
+
+impl ClipDepth {
+    /// All three positions with depth in 0 ≤ z ≤ w.
+    pub(crate) fn triangle_to_zero_to_one(self, [a, b, c]: [Vec4; 3]) -> [Vec4; 3] {
+        [self.to_zero_to_one(a), self.to_zero_to_one(b), self.to_zero_to_one(c)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::vec::Vec;
+
+    fn volume() -> ClipVolume {
+        ClipVolume::new(&Viewport::of_size(64, 64).expect("valid"), DepthClip::Clip)
+    }
+
+    fn clip(triangle: [Vec4; 3]) -> Vec<Corner> {
+        let volume = volume();
+        let outcodes = triangle.iter().fold(0, |codes, &p| codes | volume.outcode(p));
+        volume.clip(triangle, outcodes).corners().to_vec()
+    }
+
+    #[test]
+    fn one_vertex_behind_the_near_plane_leaves_a_quad() {
+        let corners = clip([
+            Vec4::new(0.0, 1.0, -1.0, 1.0),
+            Vec4::new(-1.0, -1.0, 1.0, 1.0),
+            Vec4::new(1.0, -1.0, 1.0, 1.0),
+        ]);
+        assert_eq!(corners.len(), 4, "{corners:?}");
+        let on_plane: Vec<_> = corners.iter().filter(|c| c.position.z == 0.0).collect();
+        assert_eq!(on_plane.len(), 2, "{corners:?}");
+        assert!(on_plane.iter().all(|c| c.weights[0] == 0.5), "half way to the vertex behind: {corners:?}");
+    }
+
+    #[test]
+    fn two_vertices_behind_the_near_plane_leave_a_triangle() {
+        let corners = clip([
+            Vec4::new(0.0, 1.0, 1.0, 1.0),
+            Vec4::new(-1.0, -1.0, -1.0, 1.0),
+            Vec4::new(1.0, -1.0, -1.0, 1.0),
+        ]);
+        assert_eq!(corners.len(), 3, "{corners:?}");
+    }
+
+    #[test]
+    fn everything_behind_leaves_nothing() {
+        let behind = Vec4::new(0.0, 0.0, -1.0, -2.0);
+        assert!(clip([behind, behind + Vec4::X, behind + Vec4::Y]).is_empty(), "all outside");
+    }
+
+    #[test]
+    fn both_neighbours_of_an_edge_cut_it_at_the_same_point() {
+        let (p, q) = (Vec4::new(0.3, 0.7, -0.1, 0.2), Vec4::new(-5.0, 2.0, 30.0, 31.0));
+        let left = clip([p, q, Vec4::new(1.0, -1.0, 2.0, 3.0)]);
+        let right = clip([q, p, Vec4::new(-4.0, 1.0, 5.0, 7.0)]);
+        let cut = |corners: &[Corner]| {
+            corners
+                .iter()
+                .find(|c| c.weights[2] == 0.0 && c.weights[0] * c.weights[1] > 0.0)
+                .map(|c| c.position)
+        };
+        assert!(cut(&left).is_some() && cut(&left) == cut(&right), "{left:?} {right:?}");
+    }
+
+    #[test]
+    fn what_is_no_point_has_an_outcode_of_its_own() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX] {
+            assert_eq!(volume().outcode(Vec4::new(0.0, bad, 0.5, 1.0)), INVALID, "{bad}");
+        }
+        assert_eq!(volume().outcode(Vec4::new(1e30, 0.0, 0.5, 1.0)) & INVALID, 0, "1e30 is a point");
+        assert_eq!(volume().outcode(Vec4::new(0.0, 0.0, 0.5, 1.0)), 0, "inside");
+    }
+}

@@ -1,0 +1,37 @@
+//! An exact, fast triangle rasterizer without memory of its own.
+#![no_std]
+
+pub use glam;
+
+mod clip;
+mod convert;
+mod depth;
+mod edge;
+mod fragment;
+mod interpolate;
+mod primitive;
+mod project;
+mod rasterizer;
+mod setup;
+mod target;
+mod traverse;
+mod vertex;
+mod viewport;
+
+pub use clip::DepthClip;
+pub use convert::{floor_to_i32, pack_bgra8, pack_rgb565, pack_rgba8, unpack_rgba8, wrap};
+pub use depth::{
+    Always, CompareOp, Depth24, DepthBias, DepthFormat, DepthState, DepthTest, Equal, Greater,
+    GreaterOrEqual, Less, LessOrEqual, Never, NotEqual, ReadOnly,
+};
+pub use edge::EdgeFunction;
+pub use fragment::Fragment;
+pub use interpolate::{Flat, NoPerspective, Varyings, Weights};
+pub use primitive::{Index, Primitives, ProvokingVertex, Topology};
+pub use project::{Positions, Projected, ProjectedVertex, SUBPIXELS};
+pub use rasterizer::{CullMode, DrawError, FrontFace, Rasterizer, Statistics};
+pub use setup::{Coverage, Setup};
+pub use target::{Absent, Bands, EXTENT, Framebuffer, Plane, Rect, Run, Surface, SurfaceError};
+pub use traverse::Span;
+pub use vertex::{Attribute, Attributes, Computed};
+pub use viewport::{ClipDepth, Viewport, ViewportError};

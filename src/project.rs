@@ -1,0 +1,276 @@
+//! Projection: clip space to the subpixel grid, once for each vertex.
+//!
+//! A position is divided by w, mapped to the viewport and rounded to 1/256 pixel. From there on the triangle *is* the
+//! one with the rounded corners: coverage is decided in integers, and every float is derived from them.
+
+use glam::Vec4;
+
+use crate::clip::{ClipVolume, DepthClip, GUARD_BAND, INVALID};
+use crate::depth::clamp;
+use crate::vertex::Attributes;
+use crate::viewport::{ClipDepth, Viewport, ViewportTransform};
+
+/// Subpixels in a pixel, along each axis: 24.8 fixed point.
+pub const SUBPIXELS: i32 = 256;
+
+/// A vertex in framebuffer coordinates: what [`Rasterizer::project`](crate::Rasterizer::project) makes of a clip-space
+/// position. 16 bytes.
+///
+/// A vertex that lies outside of the guard band, before the near plane or behind the far one, or behind the eye has no
+/// place on the subpixel grid. It remembers which, and triangles that use it are clipped first.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ProjectedVertex {
+    /// In subpixels; [`OUTSIDE`] for a vertex that has to be clipped away.
+    x: i32,
+    /// In subpixels, or the outcode.
+    y: i32,
+    /// Framebuffer depth.
+    z: f32,
+    /// 1/w.
+    inv_w: f32,
+}
+
+const OUTSIDE: i32 = i32::MIN;
+
+impl ProjectedVertex {
+    /// A vertex at (x, y) in subpixels, with depth and 1/w, for those who project themselves.
+    ///
+    /// `None` when a coordinate lies outside of −16384 ..= 16384 pixels, `depth` is no number or `inv_w` is not a
+    /// positive normal number.
+    ///
+    /// ```
+    /// use halfplane::{ProjectedVertex, SUBPIXELS};
+    /// let centre_of_pixel_3_2 = ProjectedVertex::new(7 * SUBPIXELS / 2, 5 * SUBPIXELS / 2, 0.5, 1.0);
+    /// assert!(centre_of_pixel_3_2.is_some());
+    /// ```
+    #[must_use]
+    pub fn new(x: i32, y: i32, depth: f32, inv_w: f32) -> Option<Self> {
+        let limit = crate::target::EXTENT * SUBPIXELS;
+        let is_valid = (-limit..=limit).contains(&x)
+            && (-limit..=limit).contains(&y)
+            && depth.is_finite()
+            && inv_w.is_normal()
+            && inv_w > 0.0;
+        is_valid.then_some(Self { x, y, z: depth, inv_w })
+    }
+
+    /// Where it is, in subpixels (1/256 pixel, y down); `None` when it has to be clipped.
+    #[must_use]
+    pub fn position_subpixel(self) -> Option<[i32; 2]> {
+        (!self.is_outside()).then_some([self.x, self.y])
+    }
+
+    /// Its framebuffer depth. Means nothing when it has to be clipped.
+    #[must_use]
+    pub fn depth(self) -> f32 {
+        self.z
+    }
+
+    /// 1 / w_clip. Means nothing when it has to be clipped.
+    #[must_use]
+    pub fn inv_w(self) -> f32 {
+        self.inv_w
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_outside(self) -> bool {
+        self.x == OUTSIDE
+    }
+
+    #[inline(always)]
+    pub(crate) fn x(self) -> i32 {
+        self.x
+    }
+
+    #[inline(always)]
+    pub(crate) fn y(self) -> i32 {
+        self.y
+    }
+
+    /// The planes that it lies outside of.
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it was put there as a u8")]
+    pub(crate) fn outcode(self) -> u8 {
+        if self.is_outside() { self.y as u8 } else { 0 }
+    }
+}
+
+/// 1.5 · 2²³: added to a number of at most 2²², it leaves the number's nearest integer in the low bits of the sum.
+const ROUNDING: f32 = 12_582_912.0;
+
+/// The nearest subpixel, to even in ties, of a coordinate in ±2¹⁴ pixels.
+#[inline(always)]
+pub(crate) fn snap(pixels: f32) -> i32 {
+    round(pixels * SUBPIXELS as f32)
+}
+
+/// The nearest integer, to even in ties, of a number in ±2²². `as i32` would cost a range check a lane.
+#[inline(always)]
+pub(crate) fn round(x: f32) -> i32 {
+    (x + ROUNDING).to_bits().wrapping_sub(ROUNDING.to_bits()) as i32
+}
+
+/// Everything that projection needs, worked out once a draw.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Projector {
+    transform: ViewportTransform,
+    pub(crate) volume: ClipVolume,
+    clip_depth: ClipDepth,
+}
+
+impl Projector {
+    pub(crate) fn new(viewport: &Viewport, clip_depth: ClipDepth, depth_clip: DepthClip) -> Self {
+        Self { transform: viewport.transform(), volume: ClipVolume::new(viewport, depth_clip), clip_depth }
+    }
+
+    /// Framebuffer coordinates, before rounding, and 1/w.
+    #[inline(always)]
+    fn to_framebuffer(self, p: Vec4) -> ([f32; 3], f32) {
+        let ViewportTransform { scale, offset } = self.transform;
+        let inv_w = 1.0 / p.w;
+        // A depth may be anything when it is clamped: keep it from overflowing.
+        let z = clamp(p.z * inv_w, -1e12, 1e12);
+        let place = |ndc: f32, i: usize| ndc * scale[i] + offset[i];
+        ([place(p.x * inv_w, 0), place(p.y * inv_w, 1), place(z, 2)], inv_w)
+    }
+
+    /// A clip-space position on the subpixel grid.
+    #[inline(always)]
+    pub(crate) fn project(self, position: Vec4) -> ProjectedVertex {
+        let position = self.clip_depth.to_zero_to_one(position);
+        let ([x, y, z], inv_w) = self.to_framebuffer(position);
+        if self.volume.contains(position, x, y) {
+            return ProjectedVertex { x: snap(x), y: snap(y), z, inv_w };
+        }
+        self.outside(position)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn outside(self, position: Vec4) -> ProjectedVertex {
+        match self.volume.outcode(position) {
+            // Outside after rounding, inside before: it lies on the border.
+            0 => self.project_clipped(position),
+            outcode => ProjectedVertex { x: OUTSIDE, y: i32::from(outcode), z: 0.0, inv_w: 0.0 },
+        }
+    }
+
+    /// A position that clipping has left, whose depth is already 0 ≤ z ≤ w.
+    pub(crate) fn project_clipped(self, position: Vec4) -> ProjectedVertex {
+        let ([x, y, z], inv_w) = self.to_framebuffer(position);
+        let snap = |x: f32| snap(clamp(x, -GUARD_BAND, GUARD_BAND));
+        ProjectedVertex { x: snap(x), y: snap(y), z, inv_w }
+    }
+
+    /// All three positions with depth in 0 ≤ z ≤ w.
+    pub(crate) fn triangle_to_clip(self, triangle: [Vec4; 3]) -> [Vec4; 3] {
+        self.clip_depth.triangle_to_zero_to_one(triangle)
+    }
+}
+
+/// Whether any of three vertices is no point at all.
+#[inline(always)]
+pub(crate) fn is_invalid(outcodes: u8) -> bool {
+    outcodes & INVALID != 0
+}
+
+/// Where a draw takes its positions from: [`Attributes`] of clip-space `Vec4`, projected when they are needed, or
+/// [`Projected`], which were projected before.
+pub trait Positions {
+    /// How many vertices there are.
+    fn count(&self) -> usize;
+
+    /// The clip-space position of a vertex.
+    fn clip(&self, index: usize) -> Option<Vec4>;
+
+    /// The vertex on the subpixel grid, if it has been put there before.
+    fn projected(&self, index: usize) -> Option<ProjectedVertex>;
+}
+
+impl<A: Attributes<Value = Vec4>> Positions for A {
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    #[inline(always)]
+    fn clip(&self, index: usize) -> Option<Vec4> {
+        self.fetch(index)
+    }
+
+    #[inline(always)]
+    fn projected(&self, _: usize) -> Option<ProjectedVertex> {
+        None
+    }
+}
+
+/// Vertices that were projected once each: see [`Rasterizer::project`](crate::Rasterizer::project).
+#[derive(Clone, Copy, Debug)]
+pub struct Projected<'a, A> {
+    pub(crate) vertices: &'a [ProjectedVertex],
+    pub(crate) positions: A,
+}
+
+impl<A> Projected<'_, A> {
+    /// The vertices, one for each position.
+    #[must_use]
+    pub fn vertices(&self) -> &[ProjectedVertex] {
+        self.vertices
+    }
+}
+
+impl<A: Attributes<Value = Vec4>> Positions for Projected<'_, A> {
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.vertices.len()
+    }
+
+    #[inline(always)]
+    fn clip(&self, index: usize) -> Option<Vec4> {
+        self.positions.fetch(index)
+    }
+
+    #[inline(always)]
+    fn projected(&self, index: usize) -> Option<ProjectedVertex> {
+        self.vertices.get(index).copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn projector() -> Projector {
+        let viewport = Viewport::of_size(64, 64).expect("valid");
+        Projector::new(&viewport, ClipDepth::ZeroToOne, DepthClip::Clip)
+    }
+
+    #[test]
+    fn snapping_rounds_to_the_nearest_subpixel() {
+        for (pixels, subpixels) in
+            [(0.0, 0), (1.0, 256), (-0.5, -128), (1.0 / 512.0, 0), (3.0 / 512.0, 2), (-16_384.0, -4_194_304)]
+        {
+            assert_eq!(snap(pixels), subpixels, "{pixels}");
+        }
+        assert_eq!(snap(16_384.0), 4_194_304, "the other end of the range");
+    }
+
+    #[test]
+    fn ndc_corners_are_frame_corners() {
+        let at = |x, y| projector().project(Vec4::new(x, y, 0.5, 1.0) * 3.0).position_subpixel();
+        assert_eq!(at(-1.0, 1.0), Some([0, 0]), "top left");
+        assert_eq!(at(1.0, -1.0), Some([64 * 256, 64 * 256]), "bottom right");
+    }
+
+    #[test]
+    fn what_cannot_be_projected_says_why() {
+        let outcode = |x, y, z, w| projector().project(Vec4::new(x, y, z, w)).outcode();
+        assert_eq!(outcode(0.0, 0.0, -0.1, 1.0), 1 << 1, "before the near plane");
+        assert_eq!(outcode(0.0, 0.0, 1.1, 1.0), 1 << 2, "behind the far plane");
+        assert_eq!(outcode(-1e4, 0.0, 0.5, 1.0), 1 << 3, "left of the guard band");
+        assert_eq!(outcode(0.0, 0.0, 0.0, 0.0) & 1, 1, "w = 0");
+        assert_eq!(outcode(0.0, 0.0, f32::NAN, 1.0), INVALID, "NaN");
+        assert_eq!(outcode(1.0, 1.0, 0.5, f32::INFINITY), INVALID, "w = ∞");
+        assert_eq!(outcode(0.1, 0.2, 0.5, 1.0), 0, "inside");
+    }
+}

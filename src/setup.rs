@@ -1,0 +1,239 @@
+//! Triangle setup: three vertices on the subpixel grid become a record that can be traversed any number of times.
+//!
+//! The record keeps its corners in one *canonical* order: clockwise as displayed, the topmost first (of two at the same
+//! height the left one). So every number derived from it is the same whichever vertex the caller named first, and the
+//! traversal knows each edge's kind without asking: 0 → 1 runs down the right side, 2 → 0 up the left side, and 1 → 2
+//! closes the triangle on either side or below.
+//!
+//! ```text
+//!        0                 0 ───── 1            0
+//!       ╱ ╲                 ╲     ╱             │╲
+//!      ╱   1                 ╲   ╱              │ ╲
+//!     2 ──╱                    2                2 ─ 1
+//! ```
+
+use crate::edge::EdgeFunction;
+use crate::project::{ProjectedVertex, SUBPIXELS};
+use crate::target::Rect;
+
+/// A triangle on the subpixel grid, ready to be traversed: plain data, `Copy`, independent of any framebuffer.
+///
+/// # Examples
+/// Which pixels does a triangle cover?
+/// ```
+/// use halfplane::{ProjectedVertex, Rect, Setup};
+/// let vertex = |x, y| ProjectedVertex::new(x * 256, y * 256, 0.5, 1.0).unwrap();
+/// let triangle = Setup::new([vertex(0, 0), vertex(0, 4), vertex(4, 0)]).expect("it has an area");
+/// assert!(triangle.is_counter_clockwise());
+///
+/// let mut spans = Vec::new();
+/// triangle.for_each_span(Rect::of_size(8, 8), |span| spans.push((span.y(), span.start(), span.end())));
+/// assert_eq!(spans, [(0, 0, 3), (1, 0, 2), (2, 0, 1)]); // the samples on the slanted right edge are out
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Setup {
+    corners: [ProjectedVertex; 3],
+    /// Which of the caller's vertices each corner is.
+    order: [u8; 3],
+    is_counter_clockwise: bool,
+    area2: i64,
+}
+
+/// How much of a rectangle a triangle covers, as far as its edges tell: see [`Setup::coverage`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Coverage {
+    /// No sample.
+    None,
+    /// Perhaps some samples: no single edge excludes all, and not every edge includes all.
+    Partial,
+    /// Every sample.
+    Full,
+}
+
+/// Twice the signed area, in squared subpixels: positive when the vertices turn clockwise as displayed, y down.
+#[inline(always)]
+pub(crate) fn signed_area2(a: ProjectedVertex, b: ProjectedVertex, c: ProjectedVertex) -> i64 {
+    let from_a =
+        |v: ProjectedVertex| (i64::from(v.x().wrapping_sub(a.x())), i64::from(v.y().wrapping_sub(a.y())));
+    let ((bx, by), (cx, cy)) = (from_a(b), from_a(c));
+    bx * cy - by * cx
+}
+
+/// The first pixel whose sample lies at or after a coordinate in subpixels.
+#[inline(always)]
+pub(crate) fn first_sample(subpixel: i32) -> i32 {
+    (subpixel + (SUBPIXELS / 2 - 1)) >> 8
+}
+
+/// The pixels whose samples lie inside the bounding box of three vertices, right and bottom borders excluded: there the
+/// fill rule covers nothing.
+#[inline(always)]
+pub(crate) fn sample_bounds(a: ProjectedVertex, b: ProjectedVertex, c: ProjectedVertex) -> [i32; 4] {
+    let min = |a: i32, b: i32, c: i32| first_sample(a.min(b).min(c));
+    let max = |a: i32, b: i32, c: i32| first_sample(a.max(b).max(c));
+    [min(a.x(), b.x(), c.x()), min(a.y(), b.y(), c.y()), max(a.x(), b.x(), c.x()), max(a.y(), b.y(), c.y())]
+}
+
+impl Setup {
+    /// Sets up a triangle. `None` when it has no area on the subpixel grid, or when a vertex has to be clipped first.
+    #[must_use]
+    pub fn new(vertices: [ProjectedVertex; 3]) -> Option<Self> {
+        let [a, b, c] = vertices;
+        if vertices.iter().any(|vertex| vertex.is_outside()) {
+            return None;
+        }
+        let area2 = signed_area2(a, b, c);
+        (area2 != 0).then(|| Self::with_area2(vertices, area2))
+    }
+
+    /// Sets up a triangle whose area is known and not zero.
+    #[inline(always)]
+    pub(crate) fn with_area2([a, b, c]: [ProjectedVertex; 3], area2: i64) -> Self {
+        let is_counter_clockwise = area2 < 0;
+        let ((b, ib), (c, ic)) = if is_counter_clockwise { ((c, 2), (b, 1)) } else { ((b, 1), (c, 2)) };
+        // Higher, or as high and farther left.
+        let place = |v: ProjectedVertex| (i64::from(v.y()) << 32) + i64::from(v.x());
+        let (pa, pb, pc) = (place(a), place(b), place(c));
+        let (corners, order) = if pa <= pb && pa <= pc {
+            ([a, b, c], [0, ib, ic])
+        } else if pb < pc {
+            ([b, c, a], [ib, ic, 0])
+        } else {
+            ([c, a, b], [ic, 0, ib])
+        };
+        Self { corners, order, is_counter_clockwise, area2: area2.abs() }
+    }
+
+    /// Its vertices in canonical order: clockwise as displayed, the topmost first.
+    #[inline(always)]
+    #[must_use]
+    pub fn corners(&self) -> [ProjectedVertex; 3] {
+        self.corners
+    }
+
+    /// Which of the three vertices given to [`Setup::new`] each corner is.
+    #[inline(always)]
+    #[must_use]
+    pub fn order(&self) -> [u8; 3] {
+        self.order
+    }
+
+    /// Twice its area in squared subpixels, at least 1.
+    #[inline(always)]
+    #[must_use]
+    pub fn area2(&self) -> i64 {
+        self.area2
+    }
+
+    /// Whether its vertices, in the order given, turn counter-clockwise as displayed.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_counter_clockwise(&self) -> bool {
+        self.is_counter_clockwise
+    }
+
+    /// The pixels that it may cover: those whose samples lie in its bounding box.
+    #[inline(always)]
+    #[must_use]
+    pub fn bounds(&self) -> Rect {
+        let [a, b, c] = self.corners;
+        let [left, top, right, bottom] = sample_bounds(a, b, c);
+        Rect::from_edges(left, top, right, bottom)
+    }
+
+    /// Its edge functions; edge `i` lies opposite corner `i`, so that barycentric `i` is `edges[i] / area2`.
+    #[inline(always)]
+    #[must_use]
+    pub fn edges(&self) -> [EdgeFunction; 3] {
+        let [a, b, c] = self.corners.map(|v| [v.x(), v.y()]);
+        [EdgeFunction::new(b, c), EdgeFunction::new(c, a), EdgeFunction::new(a, b)]
+    }
+
+    /// How much of `rect` it covers, decided exactly by its edges at the corner samples.
+    ///
+    /// `None` and `Full` are certain. `Partial` is certain too when one sample is covered; a rectangle beside a sharp
+    /// corner may be `Partial` and hold none.
+    ///
+    /// ```
+    /// # use halfplane::{Coverage, ProjectedVertex, Rect, Setup};
+    /// # let vertex = |x, y| ProjectedVertex::new(x * 256, y * 256, 0.5, 1.0).unwrap();
+    /// let triangle = Setup::new([vertex(0, 0), vertex(0, 64), vertex(64, 0)]).unwrap();
+    /// let block = |x, y| triangle.coverage(Rect { x, y, width: 8, height: 8 });
+    /// assert_eq!((block(0, 0), block(32, 24), block(40, 40)), (Coverage::Full, Coverage::Partial, Coverage::None));
+    /// ```
+    #[must_use]
+    pub fn coverage(&self, rect: Rect) -> Coverage {
+        let rect = rect.intersection(crate::target::DOMAIN);
+        if rect.is_empty() || rect.intersection(self.bounds()).is_empty() {
+            return Coverage::None;
+        }
+        let (right, bottom) = (rect.right() - 1, rect.bottom() - 1);
+        let mut coverage = Coverage::Full;
+        for edge in self.edges() {
+            let [a, b] = edge.slope();
+            let (x_low, x_high) = if a >= 0 { (rect.x, right) } else { (right, rect.x) };
+            let (y_low, y_high) = if b >= 0 { (rect.y, bottom) } else { (bottom, rect.y) };
+            if !edge.covers(x_high, y_high) {
+                return Coverage::None;
+            }
+            if !edge.covers(x_low, y_low) {
+                coverage = Coverage::Partial;
+            }
+        }
+        coverage
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn vertex(x: i32, y: i32) -> ProjectedVertex {
+        ProjectedVertex::new(x, y, 0.5, 1.0).expect("in range")
+    }
+
+    #[test]
+    fn every_order_of_vertices_has_the_same_corners() {
+        let triangles =
+            [[[0, 0], [500, 100], [200, 700]], [[0, 0], [256, 0], [0, 256]], [[9, 9], [0, 9], [5, -9]]];
+        for points in triangles {
+            let [a, b, c] = points.map(|[x, y]| vertex(x, y));
+            let expected = Setup::new([a, b, c]).expect("it has an area");
+            for (permuted, flips) in [
+                ([b, c, a], false),
+                ([c, a, b], false),
+                ([a, c, b], true),
+                ([c, b, a], true),
+                ([b, a, c], true),
+            ] {
+                let setup = Setup::new(permuted).expect("it has an area");
+                assert_eq!(setup.corners(), expected.corners(), "{points:?}");
+                assert_eq!(
+                    setup.is_counter_clockwise() != expected.is_counter_clockwise(),
+                    flips,
+                    "{points:?}"
+                );
+                let named = setup.order().map(|i| permuted[usize::from(i)]);
+                assert_eq!(named, setup.corners(), "order names the caller's vertices");
+            }
+        }
+    }
+
+    #[test]
+    fn canonical_edges_have_known_sides() {
+        for points in
+            [[[0, 0], [500, 100], [200, 700]], [[0, 0], [256, 0], [0, 256]], [[3, 0], [0, 9], [-7, 9]]]
+        {
+            let setup = Setup::new(points.map(|[x, y]| vertex(x, y))).expect("it has an area");
+            let [_, left, right] = setup.edges();
+            assert!(left.slope()[0] > 0, "2 → 0 goes up: {points:?}");
+            assert!(right.slope()[0] <= 0, "0 → 1 goes down or exactly right: {points:?}");
+        }
+    }
+
+    #[test]
+    fn no_area_is_no_triangle() {
+        assert!(Setup::new([vertex(0, 0), vertex(10, 10), vertex(20, 20)]).is_none(), "a line");
+        assert!(Setup::new([vertex(5, 5); 3]).is_none(), "a point");
+    }
+}

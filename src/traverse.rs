@@ -1,0 +1,396 @@
+//! Traversal: which samples of a row lie inside, found from the edge functions without testing each of them.
+//!
+//! A triangle is convex, so on a row it covers one span. Where an edge function crosses zero is estimated with one
+//! multiplication and then *decided* by evaluating the edge function, in integers, at the estimate: the spans are exactly
+//! the samples that [`EdgeFunction::covers`] accepts, for any triangle.
+//!
+//! Eight rows are solved at a time, one a SIMD lane. Triangles up to 63 pixels wide and high are solved in `f32`, where
+//! every number below is an integer under 2²⁴ and therefore exact; larger ones row by row in `i64`.
+
+use crate::edge::EdgeFunction;
+use crate::project::round;
+use crate::setup::Setup;
+use crate::target::{DOMAIN, EXTENT, Rect};
+
+/// How many rows are solved at a time.
+const LANES: usize = 8;
+
+/// The largest extent, in subpixels, of a triangle that is solved in `f32`.
+const SMALL: i32 = 63 << 8;
+
+/// Whether the target works on several `f32` at once. Elsewhere integers are as fast, and where floats are emulated
+/// they are much faster. Both ways find the same spans.
+const HAS_FLOAT_LANES: bool =
+    cfg!(any(target_arch = "x86_64", target_arch = "x86", target_arch = "aarch64", target_arch = "wasm32"));
+
+/// The samples that a triangle covers on one row of an area.
+///
+/// The edge functions are known exactly at one of the samples that the triangle covers on this row, whether it lies in
+/// the area or not: the *anchor*. Everything else on the row is measured from there. So a number at (x, y) depends on
+/// the triangle and on (x, y) alone, and it never extrapolates from outside the triangle, however thin that is.
+#[derive(Clone, Copy, Debug)]
+pub struct Span {
+    y: i32,
+    start: i32,
+    end: i32,
+    anchor: i32,
+    edges: [f32; 3],
+}
+
+impl Span {
+    /// The row.
+    #[inline(always)]
+    #[must_use]
+    pub fn y(&self) -> i32 {
+        self.y
+    }
+
+    /// The first column.
+    #[inline(always)]
+    #[must_use]
+    pub fn start(&self) -> i32 {
+        self.start
+    }
+
+    /// One past the last column; always after [`start`](Self::start).
+    #[inline(always)]
+    #[must_use]
+    pub fn end(&self) -> i32 {
+        self.end
+    }
+
+    /// The column of the anchor. Of the two ends of the row's whole span, the one with the larger w.
+    #[inline(always)]
+    #[must_use]
+    pub fn anchor(&self) -> i32 {
+        self.anchor
+    }
+
+    /// The three edge functions at the anchor, each rounded once to `f32`.
+    #[inline(always)]
+    #[must_use]
+    pub fn edges(&self) -> [f32; 3] {
+        self.edges
+    }
+}
+
+/// Some neighbouring rows, solved: columns `start .. end`, an anchor, and the edge functions there.
+struct Rows {
+    start: [i32; LANES],
+    end: [i32; LANES],
+    anchor: [i32; LANES],
+    edges: [[f32; LANES]; 3],
+}
+
+impl Setup {
+    /// Calls `visit` for each row of `area` on which the triangle covers samples, from the top.
+    #[inline(always)]
+    pub fn for_each_span(&self, area: Rect, mut visit: impl FnMut(Span)) {
+        let area = area.intersection(DOMAIN);
+        let bounds = self.bounds();
+        let (left, right) = (area.x, area.right());
+        let (top, bottom) = (area.y.max(bounds.y), area.bottom().min(bounds.bottom()));
+        let solver = Solver::new(self);
+        let mut first = top;
+        while first < bottom {
+            let rows = solver.solve(first, bottom);
+            let count = (bottom - first) as usize;
+            for lane in 0..count.min(LANES) {
+                let (start, end) = (rows.start[lane].max(left), rows.end[lane].min(right));
+                if start < end {
+                    visit(Span {
+                        y: first + lane as i32,
+                        start,
+                        end,
+                        anchor: rows.anchor[lane],
+                        edges: rows.edges.map(|edge| edge[lane]),
+                    });
+                }
+            }
+            first += LANES as i32;
+        }
+    }
+}
+
+/// A triangle's edges in the form that its rows are solved from.
+enum Solver {
+    Small(Small),
+    Large(Large),
+}
+
+impl Solver {
+    #[inline(always)]
+    fn new(setup: &Setup) -> Self {
+        if HAS_FLOAT_LANES && Small::fits(setup) {
+            Self::Small(Small::new(setup))
+        } else {
+            Self::Large(Large::new(setup))
+        }
+    }
+
+    #[inline(always)]
+    fn solve(&self, first: i32, bottom: i32) -> Rows {
+        match self {
+            Self::Small(small) => small.solve(first),
+            Self::Large(large) => large.solve(first, bottom),
+        }
+    }
+}
+
+/// At which end of a row 1/w is smaller. From there it grows along the row, so that no rounding error can exceed it.
+#[inline(always)]
+fn anchors_at_end(setup: &Setup) -> bool {
+    let corners = setup.corners();
+    let edges = setup.edges();
+    let slope = |i: usize| edges[i].slope()[0] as f32 * corners[i].inv_w();
+    slope(0) + slope(1) + slope(2) < 0.0
+}
+
+/// Edges of a triangle of at most [`SMALL`] subpixels, relative to the top left pixel of its bounds.
+///
+/// All of them are halved eight times, exactly: one pixel is 256 subpixels, so E mod 256 is the same at every sample and
+/// floor(E / 256) keeps the sign test. |floor(E / 256)| < 2²² then.
+struct Small {
+    x: i32,
+    y: i32,
+    /// Steps by a pixel right and down of floor((E + bias) / 256), and its value at the top left sample.
+    a: [f32; 3],
+    b: [f32; 3],
+    c: [f32; 3],
+    /// What gives E back: E = 256 · floor((E + bias) / 256) + rest.
+    rest: [f32; 3],
+    /// −1 / a, or 0 where a = 0.
+    minus_inv_a: [f32; 3],
+    anchors_at_end: bool,
+}
+
+impl Small {
+    #[inline(always)]
+    fn fits(setup: &Setup) -> bool {
+        let [a, b, c] = setup.corners();
+        let extent = |a: i32, b: i32, c: i32| a.max(b).max(c) - a.min(b).min(c);
+        extent(a.x(), b.x(), c.x()) <= SMALL && extent(a.y(), b.y(), c.y()) <= SMALL
+    }
+
+    #[inline(always)]
+    fn new(setup: &Setup) -> Self {
+        let bounds = setup.bounds();
+        let (x, y) = (bounds.x, bounds.y);
+        let at = setup.corners().map(|v| [v.x() - (x << 8) - 128, v.y() - (y << 8) - 128]);
+        let (mut a, mut b, mut c, mut rest, mut minus_inv_a) =
+            ([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]);
+        for i in 0..3 {
+            let (p, q) = (at[(i + 1) % 3], at[(i + 2) % 3]);
+            let (step_x, step_y) = (p[1] - q[1], q[0] - p[0]);
+            let value = -(step_x * p[0] + step_y * p[1]);
+            let is_top_left = step_x > 0 || (step_x == 0 && step_y > 0);
+            let folded = (value - i32::from(!is_top_left)) >> 8;
+            (a[i], b[i], c[i]) = (step_x as f32, step_y as f32, folded as f32);
+            rest[i] = (value - (folded << 8)) as f32;
+            minus_inv_a[i] = if step_x == 0 { 0.0 } else { -1.0 / a[i] };
+        }
+        Self { x, y, a, b, c, rest, minus_inv_a, anchors_at_end: anchors_at_end(setup) }
+    }
+
+    #[inline(always)]
+    fn solve(&self, first: i32) -> Rows {
+        const ROUNDING: f32 = 12_582_912.0; // see `project::round`
+        let mut row = [0.0; LANES];
+        for (lane, row) in row.iter_mut().enumerate() {
+            *row = (first - self.y + lane as i32) as f32;
+        }
+        // Each edge along each row, at column 0; and the first column at which its sign has changed.
+        let (mut at_zero, mut crossing) = ([[0.0f32; LANES]; 3], [[0.0f32; LANES]; 3]);
+        for i in 0..3 {
+            let rises = self.a[i] > 0.0;
+            for lane in 0..LANES {
+                let e = self.b[i] * row[lane] + self.c[i];
+                let t = e * self.minus_inv_a[i];
+                let t = if t > -1.0 { t } else { -1.0 };
+                let t = if t < 64.0 { t } else { 64.0 };
+                let estimate = (t + ROUNDING) - ROUNDING;
+                // The estimate is off by at most ½ and a little, so the crossing is there or one column on.
+                let is_inside = self.a[i] * estimate + e >= 0.0;
+                at_zero[i][lane] = e;
+                crossing[i][lane] = estimate + if is_inside == rises { 0.0 } else { 1.0 };
+            }
+        }
+        // Edge 1 is the left side and edge 2 the right side, unless it is exactly on top. Edge 0 may be either or below.
+        let (mut rows, none) = (Rows::EMPTY, 1024.0);
+        let edge_0_is_left = self.a[0] > 0.0;
+        let edge_0_is_right = self.a[0] < 0.0;
+        let edge_2_is_right = self.a[2] < 0.0;
+        for lane in 0..LANES {
+            let (c0, c1, c2) = (crossing[0][lane], crossing[1][lane], crossing[2][lane]);
+            let other = if edge_0_is_left { c0 } else { -none };
+            let start = if c1 > other { c1 } else { other };
+            let (right, other) =
+                (if edge_2_is_right { c2 } else { none }, if edge_0_is_right { c0 } else { none });
+            let end = if right < other { right } else { other };
+            let anchor = if self.anchors_at_end { end - 1.0 } else { start };
+            rows.start[lane] = self.x + round(start);
+            rows.end[lane] = self.x + round(end);
+            rows.anchor[lane] = self.x + round(anchor);
+            for i in 0..3 {
+                rows.edges[i][lane] = (self.a[i] * anchor + at_zero[i][lane]) * 256.0 + self.rest[i];
+            }
+        }
+        rows
+    }
+}
+
+/// Edges of a triangle of any size.
+struct Large {
+    edges: [EdgeFunction; 3],
+    /// 1 / (step by a pixel), or 0 where that is 0.
+    inv_step: [f32; 3],
+    anchors_at_end: bool,
+}
+
+impl Large {
+    fn new(setup: &Setup) -> Self {
+        let edges = setup.edges();
+        let inv_step = edges.map(|edge| if edge.step_x() == 0 { 0.0 } else { 1.0 / edge.step_x() as f32 });
+        Self { edges, inv_step, anchors_at_end: anchors_at_end(setup) }
+    }
+
+    fn solve(&self, first: i32, bottom: i32) -> Rows {
+        let mut rows = Rows::EMPTY;
+        for lane in 0..LANES {
+            let y = first + lane as i32;
+            if y >= bottom {
+                break;
+            }
+            let (mut start, mut end) = (-EXTENT, EXTENT);
+            for (edge, inv_step) in self.edges.iter().zip(self.inv_step) {
+                // A level edge has all of the triangle's rows on its inner side.
+                if edge.step_x() > 0 {
+                    start = start.max(crossing(edge, inv_step, y));
+                } else if edge.step_x() < 0 {
+                    end = end.min(crossing(edge, inv_step, y));
+                }
+            }
+            let anchor = if self.anchors_at_end { end - 1 } else { start };
+            (rows.start[lane], rows.end[lane], rows.anchor[lane]) = (start, end, anchor);
+            for (i, edge) in self.edges.iter().enumerate() {
+                rows.edges[i][lane] = edge.at(anchor, y) as f32;
+            }
+        }
+        rows
+    }
+}
+
+/// The first column at which an edge that is not level has changed its mind about row `y`; at most one past the domain.
+fn crossing(edge: &EdgeFunction, inv_step: f32, y: i32) -> i32 {
+    const BEYOND: f32 = (EXTENT + 1) as f32;
+    let at_zero = edge.at(0, y) + edge.bias();
+    // Three roundings of 2⁻²⁴ each: within 2⁻⁸ of the crossing wherever that matters.
+    let t = crate::depth::clamp(-(at_zero as f32) * inv_step, -BEYOND, BEYOND);
+    let estimate = round(t);
+    let is_inside = at_zero + edge.step_x() * i64::from(estimate) >= 0;
+    estimate + i32::from(is_inside != (edge.step_x() > 0))
+}
+
+impl Rows {
+    const EMPTY: Self =
+        Self { start: [0; LANES], end: [0; LANES], anchor: [0; LANES], edges: [[0.0; LANES]; 3] };
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::project::ProjectedVertex;
+    use std::vec::Vec;
+
+    /// A linear congruential generator: Knuth's MMIX constants.
+    struct Random(u64);
+
+    impl Random {
+        fn below(&mut self, n: i32) -> i32 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            i32::try_from((self.0 >> 33) % u64::from(n.cast_unsigned())).expect("below n")
+        }
+    }
+
+    /// Random triangles with corners on a grid of `step` subpixels, in a square of `size` pixels.
+    fn triangles(size: i32, step: i32, count: usize) -> Vec<Setup> {
+        let mut random = Random(1);
+        let mut setups = Vec::new();
+        while setups.len() < count {
+            let mut vertex = || {
+                let mut at = || random.below(size * 256 / step) * step - size * 128;
+                let (x, y) = (at(), at());
+                let inv_w = 1.0 / (1.0 + random.below(1000) as f32);
+                ProjectedVertex::new(x, y, 0.5, inv_w).expect("in range")
+            };
+            setups.extend(Setup::new([vertex(), vertex(), vertex()]));
+        }
+        setups
+    }
+
+    /// The rows that the specification's formula covers, sample by sample.
+    fn spans_by_definition(setup: &Setup, area: Rect) -> Vec<(i32, i32, i32)> {
+        let area = setup.bounds().intersection(area);
+        let mut spans = Vec::new();
+        for y in area.y..area.bottom() {
+            let covered: Vec<i32> =
+                (area.x..area.right()).filter(|&x| setup.edges().iter().all(|e| e.covers(x, y))).collect();
+            if let (Some(&first), Some(&last)) = (covered.first(), covered.last()) {
+                assert_eq!(covered.len(), (last - first + 1).cast_unsigned() as usize, "convex");
+                spans.push((y, first, last + 1));
+            }
+        }
+        spans
+    }
+
+    #[test]
+    fn spans_are_the_covered_samples() {
+        let area = Rect { x: -100, y: -90, width: 190, height: 170 };
+        for (size, step) in [(6, 1), (6, 128), (40, 1), (63, 64), (70, 1), (300, 128), (30_000, 1)] {
+            for setup in triangles(size, step, 300) {
+                let mut spans = Vec::new();
+                setup.for_each_span(area, |span| spans.push((span.y(), span.start(), span.end())));
+                assert_eq!(spans, spans_by_definition(&setup, area), "{setup:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn small_and_large_rows_are_the_same() {
+        for (size, step) in [(3, 1), (20, 1), (62, 1), (62, 128)] {
+            for setup in triangles(size, step, 1000) {
+                let (small, large, bounds) = (Small::new(&setup), Large::new(&setup), setup.bounds());
+                for first in (bounds.y..bounds.bottom()).step_by(LANES) {
+                    let (s, l) = (small.solve(first), large.solve(first, bounds.bottom()));
+                    for lane in 0..LANES.min((bounds.bottom() - first).cast_unsigned() as usize) {
+                        let is_empty = l.start[lane] >= l.end[lane];
+                        assert_eq!(s.start[lane] >= s.end[lane], is_empty, "{setup:?}");
+                        if !is_empty {
+                            let row = |r: &Rows| {
+                                let edges = r.edges.map(|e| e[lane].to_bits());
+                                (r.start[lane], r.end[lane], r.anchor[lane], edges)
+                            };
+                            assert_eq!(row(&s), row(&l), "{setup:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_anchor_is_covered_and_does_not_depend_on_the_area() {
+        for setup in triangles(50, 1, 300) {
+            let mut anchors = Vec::new();
+            setup.for_each_span(DOMAIN, |span| {
+                assert!((span.start()..span.end()).contains(&span.anchor()), "{span:?}");
+                anchors.push((span.y(), span.anchor()));
+            });
+            let area = Rect { x: -3, y: -7, width: 9, height: 13 };
+            setup.for_each_span(area, |span| {
+                assert!(anchors.contains(&(span.y(), span.anchor())), "{span:?}");
+            });
+        }
+    }
+}
