@@ -29,8 +29,8 @@ const W_MIN: f32 = f32::from_bits((127 - 64) << 23);
 /// The largest magnitude of any coordinate: 2¹⁰⁰, about 1.27 · 10³⁰. Then distances to planes stay finite.
 const COORDINATE_MAX: f32 = f32::from_bits((127 + 100) << 23);
 
-/// The guard band ends one pixel before the numbers do, so that rounding has somewhere to go.
-pub(crate) const GUARD_BAND: f32 = (EXTENT - 1) as f32;
+/// How far from the origin, in pixels, a vertex may lie. 2²² subpixels still snap exactly.
+pub(crate) const GUARD_BAND: f32 = EXTENT as f32;
 
 /// A triangle cut by seven planes has at most ten corners.
 const MAX_CORNERS: usize = 10;
@@ -65,14 +65,11 @@ impl ClipVolume {
     pub(crate) fn contains(&self, position: Vec4, x: f32, y: f32) -> bool {
         let [_, _, z, w] = position.to_array();
         let (near, far) = if self.clips_depth { (0.0, w) } else { (-COORDINATE_MAX, COORDINATE_MAX) };
-        (w >= W_MIN)
-            & (w <= COORDINATE_MAX)
-            & (x >= -GUARD_BAND)
-            & (x <= GUARD_BAND)
-            & (y >= -GUARD_BAND)
-            & (y <= GUARD_BAND)
-            & (z >= near)
-            & (z <= far)
+        let is_in = |x: f32, low: f32, high: f32| (low <= x) & (x <= high);
+        is_in(w, W_MIN, COORDINATE_MAX)
+            & is_in(x, -GUARD_BAND, GUARD_BAND)
+            & is_in(y, -GUARD_BAND, GUARD_BAND)
+            & is_in(z, near, far)
     }
 
     /// Which planes the position lies outside of, a bit each. [`INVALID`] instead when it is no point.
@@ -106,6 +103,12 @@ impl ClipVolume {
         let mut polygon = Polygon::of_triangle(triangle);
         for plane in (0..PLANES).filter(|plane| outcodes >> plane & 1 == 1) {
             polygon.cut(|corner| self.distance(plane, corner.position));
+            if plane == 0 {
+                // On that plane w is far smaller than the rounding errors of its cuts, which may even bring zero.
+                for corner in &mut polygon.corners {
+                    corner.position.w = if corner.position.w > W_MIN { corner.position.w } else { W_MIN };
+                }
+            }
         }
         polygon
     }

@@ -23,13 +23,13 @@
 /// use halfplane::{Depth24, DepthFormat};
 /// assert_eq!(u16::from_depth(1.0), 65_535);
 /// assert_eq!(Depth24::from_depth(0.5), Depth24(8_388_608)); // a tie goes to the even number
-/// assert_eq!(u32::from_depth(7.0), u32::MAX, "a fixed-point depth is clamped");
+/// assert_eq!(u32::from_depth(1.0), u32::MAX);
 /// ```
 pub trait DepthFormat: Copy + PartialOrd {
     /// Whether there is anything to compare with. `false` only for `()`: then every fragment passes.
     const IS_STORED: bool = true;
 
-    /// The nearest stored value. Fixed-point formats clamp to their range.
+    /// The nearest stored value, for a depth in 0 ..= 1; of others, any value.
     fn from_depth(depth: f32) -> Self;
 
     /// The smallest difference that the format resolves near `depth`: `r` in Vulkan's "Depth Bias Computation".
@@ -61,7 +61,7 @@ impl DepthFormat for u16 {
     #[expect(clippy::cast_possible_truncation, reason = "the low 16 bits of 2²³ + n are n")]
     fn from_depth(depth: f32) -> Self {
         // 2²³ + x has a last place of 1: adding rounds, and the integer stands in the low bits.
-        (clamp(depth, 0.0, 1.0) * 65_535.0 + 8_388_608.0).to_bits() as u16
+        (depth * 65_535.0 + 8_388_608.0).to_bits() as u16
     }
 
     fn resolution(_: f32) -> f32 {
@@ -105,7 +105,7 @@ impl DepthFormat for u32 {
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "the low 32 bits of 2⁵² + n are n")]
 fn fixed_from_depth(depth: f32, max: f64) -> u32 {
-    (f64::from(clamp(depth, 0.0, 1.0)) * max + 4_503_599_627_370_496.0).to_bits() as u32
+    (f64::from(depth) * max + 4_503_599_627_370_496.0).to_bits() as u32
 }
 
 impl DepthFormat for () {
@@ -292,10 +292,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fixed_point_formats_round_to_nearest_and_clamp() {
-        for (depth, expected) in
-            [(0.0, 0), (1.0, 65_535), (0.5, 32_768), (-3.0, 0), (2.0, 65_535), (1.5 / 65_535.0, 2)]
-        {
+    fn fixed_point_formats_round_to_nearest() {
+        for (depth, expected) in [(0.0, 0), (1.0, 65_535), (0.5, 32_768), (1.5 / 65_535.0, 2)] {
             assert_eq!(u16::from_depth(depth), expected, "{depth}");
         }
         assert_eq!(u32::from_depth(1.0), u32::MAX, "the largest depth");

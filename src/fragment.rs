@@ -1,15 +1,15 @@
 //! Fragments: covered samples that passed the depth test, about to be shaded.
 //!
-//! Along a row, edge functions are E + a·dx with dx counted from the span's anchor, and everything a shader may ask is a
-//! formula of them. A fragment only carries what these formulas start from; what is not asked for costs nothing.
+//! Everything that a shader may ask is a formula of the edge functions at the sample. A fragment only carries what these
+//! formulas start from; what is not asked for costs nothing.
 
 use crate::interpolate::{Varyings, Weights};
 use crate::setup::Setup;
-use crate::traverse::Span;
+use crate::triple::each;
 
 /// What all fragments of a triangle share.
-#[derive(Clone, Debug)]
-pub(crate) struct Shading<V> {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shading<'a, V> {
     /// At the corners, in canonical order.
     varyings: [V; 3],
     inv_w: [f32; 3],
@@ -17,13 +17,14 @@ pub(crate) struct Shading<V> {
     step_x: [f32; 3],
     step_y: [f32; 3],
     inv_area2: f32,
+    /// Which corner is the provoking one.
     provoking: u8,
+    /// Which of the vertices given to setup each corner is.
+    order: [u8; 3],
     is_front_facing: bool,
     primitive: u32,
-    /// The weights of each corner over the caller's three vertices.
-    corners: [[f32; 3]; 3],
-    /// The w of the caller's vertices, if the triangle is a piece of a clipped one.
-    clipped: Option<[f32; 3]>,
+    /// How these vertices came about, if the triangle is a piece of a clipped one.
+    pedigree: Option<&'a Pedigree>,
 }
 
 /// Who a triangle is, apart from its geometry.
@@ -44,27 +45,67 @@ pub(crate) struct Pedigree {
     pub(crate) w: [f32; 3],
 }
 
+impl Pedigree {
+    /// Weights over the caller's vertices of a point with these weights over the piece's.
+    #[inline(always)]
+    fn over_vertices(&self, [a, b, c]: [f32; 3]) -> [f32; 3] {
+        let [p, q, r] = &self.weights;
+        each([0, 1, 2], |i| a * p[i] + b * q[i] + c * r[i])
+    }
+}
+
 /// Element `order[i]` for each i.
 #[inline(always)]
 pub(crate) fn reorder<T: Copy>([a, b, c]: [T; 3], order: [u8; 3]) -> [T; 3] {
-    order.map(|i| match i {
+    each(order, |i| match i {
         0 => a,
         1 => b,
         _ => c,
     })
 }
 
-impl<V: Varyings> Shading<V> {
+/// What weights are made of, at a sample. All are linear on the screen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample {
+    /// E · 1/w of corners 0 and 1, and the sum of all three: perspective weights before the division.
+    pub(crate) p: f32,
+    pub(crate) q: f32,
+    pub(crate) sum: f32,
+    /// E / area of corners 0 and 1: screen-linear weights.
+    pub(crate) l: f32,
+    pub(crate) m: f32,
+}
+
+/// Component by component.
+#[inline(always)]
+fn product(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[0] * b[0], a[1] * b[1], a[2] * b[2]]
+}
+
+impl Sample {
+    /// `dx` columns right of here.
+    #[inline(always)]
+    pub(crate) fn moved(self, step: Self, dx: f32) -> Self {
+        Self {
+            p: self.p + step.p * dx,
+            q: self.q + step.q * dx,
+            sum: self.sum + step.sum * dx,
+            l: self.l + step.l * dx,
+            m: self.m + step.m * dx,
+        }
+    }
+}
+
+impl<'a, V: Varyings> Shading<'a, V> {
     #[inline(always)]
     pub(crate) fn new(
         setup: &Setup,
         varyings: [V; 3],
         identity: Identity,
-        pedigree: Option<Pedigree>,
+        pedigree: Option<&'a Pedigree>,
     ) -> Self {
-        const VERTICES: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let order = setup.order();
-        let slopes = setup.edges().map(|edge| edge.slope());
+        let slopes = each(setup.edges(), |edge| edge.slope());
         let provoking = match order {
             [p, _, _] if p == identity.provoking => 0,
             [_, p, _] if p == identity.provoking => 1,
@@ -72,24 +113,46 @@ impl<V: Varyings> Shading<V> {
         };
         Self {
             varyings: reorder(varyings, order),
-            inv_w: setup.corners().map(|corner| corner.inv_w()),
-            step_x: slopes.map(|[a, _]| a as f32 * 256.0),
-            step_y: slopes.map(|[_, b]| b as f32 * 256.0),
+            inv_w: each(setup.corners(), |corner| corner.inv_w()),
+            step_x: each(slopes, |[a, _]| a as f32 * 256.0),
+            step_y: each(slopes, |[_, b]| b as f32 * 256.0),
             inv_area2: 1.0 / setup.area2() as f32,
             provoking,
+            order,
             is_front_facing: identity.is_front_facing,
             primitive: identity.primitive,
-            corners: reorder(pedigree.map_or(VERTICES, |pedigree| pedigree.weights), order),
-            clipped: pedigree.map(|pedigree| pedigree.w),
+            pedigree,
         }
     }
 
-    /// Weights over the caller's vertices of a point with these weights over the corners.
+    /// Weights over the vertices given to setup, from those over the corners.
     #[inline(always)]
-    fn over_vertices(&self, [a, b, c]: [f32; 3]) -> [f32; 3] {
-        // Unless the triangle was clipped this is a permutation, and exact.
-        let [p, q, r] = self.corners;
-        [0, 1, 2].map(|i| a * p[i] + b * q[i] + c * r[i])
+    fn over_vertices(&self, corners: [f32; 3]) -> [f32; 3] {
+        // Each corner's number names its vertex; turn that around.
+        let vertex = |vertex: u8| {
+            let [i, j, _] = self.order;
+            if i == vertex {
+                corners[0]
+            } else if j == vertex {
+                corners[1]
+            } else {
+                corners[2]
+            }
+        };
+        [vertex(0), vertex(1), vertex(2)]
+    }
+
+    /// What weights are made of where the edge functions are these; and, of their steps, its step.
+    #[inline(always)]
+    pub(crate) fn sample(&self, edges: [f32; 3]) -> Sample {
+        let [p, q, r] = product(edges, self.inv_w);
+        Sample { p, q, sum: p + q + r, l: edges[0] * self.inv_area2, m: edges[1] * self.inv_area2 }
+    }
+
+    /// The change of [`sample`](Self::sample) by a pixel to the right.
+    #[inline(always)]
+    pub(crate) fn step_x(&self) -> Sample {
+        self.sample(self.step_x)
     }
 }
 
@@ -115,22 +178,14 @@ impl<V: Varyings> Shading<V> {
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Fragment<'a, V> {
-    triangle: &'a Shading<V>,
-    edges: [f32; 3],
-    dx: f32,
-    x: i32,
-    y: i32,
-    depth: f32,
+    pub(crate) triangle: &'a Shading<'a, V>,
+    pub(crate) at: Sample,
+    pub(crate) x: i32,
+    pub(crate) y: i32,
+    pub(crate) depth: f32,
 }
 
-impl<'a, V: Varyings> Fragment<'a, V> {
-    /// The fragment `offset` columns right of the span's anchor.
-    #[inline(always)]
-    pub(crate) fn new(triangle: &'a Shading<V>, span: &Span, offset: i32, depth: f32) -> Self {
-        let x = span.anchor().wrapping_add(offset);
-        Self { triangle, edges: span.edges(), dx: offset as f32, x, y: span.y(), depth }
-    }
-
+impl<V: Varyings> Fragment<'_, V> {
     /// Its column. The sample lies at x + ½.
     #[inline(always)]
     #[must_use]
@@ -166,35 +221,24 @@ impl<'a, V: Varyings> Fragment<'a, V> {
         self.triangle.primitive
     }
 
-    /// E · 1/w of corners 0 and 1, and the sum of all three: perspective weights before the division.
-    #[inline(always)]
-    fn homogeneous(&self) -> ([f32; 2], f32) {
-        let Shading { inv_w, step_x, .. } = *self.triangle;
-        let [p, q, r] = [0, 1, 2].map(|i| self.edges[i] * inv_w[i]);
-        let [dp, dq, dr] = [0, 1, 2].map(|i| step_x[i] * inv_w[i]);
-        ([p + dp * self.dx, q + dq * self.dx], (p + q + r) + (dp + dq + dr) * self.dx)
-    }
-
     /// Perspective weights of corners 0 and 1.
     #[inline(always)]
     fn perspective(&self) -> [f32; 2] {
-        let ([p, q], sum) = self.homogeneous();
-        let inv_sum = 1.0 / sum;
-        [p * inv_sum, q * inv_sum]
+        let inv_sum = 1.0 / self.at.sum;
+        [self.at.p * inv_sum, self.at.q * inv_sum]
     }
 
     /// Screen-linear weights of corners 0 and 1.
     #[inline(always)]
     fn linear(&self) -> [f32; 2] {
-        let Shading { step_x, inv_area2, .. } = *self.triangle;
-        [0, 1].map(|i| self.edges[i] * inv_area2 + step_x[i] * inv_area2 * self.dx)
+        [self.at.l, self.at.m]
     }
 
     /// 1/w here, linear on the screen.
     #[inline(always)]
     #[must_use]
     pub fn inv_w(&self) -> f32 {
-        self.homogeneous().1 * self.triangle.inv_area2
+        self.at.sum * self.triangle.inv_area2
     }
 
     /// Perspective-correct weights α, β, γ of the triangle's three vertices, in the caller's order.
@@ -205,7 +249,11 @@ impl<'a, V: Varyings> Fragment<'a, V> {
     #[must_use]
     pub fn weights(&self) -> [f32; 3] {
         let [a, b] = self.perspective();
-        self.triangle.over_vertices([a, b, 1.0 - a - b])
+        let weights = self.triangle.over_vertices([a, b, 1.0 - a - b]);
+        match self.triangle.pedigree {
+            None => weights,
+            Some(pedigree) => pedigree.over_vertices(weights),
+        }
     }
 
     /// Barycentrics α', β', γ', linear on the screen, of the triangle's three vertices, in the caller's order.
@@ -215,15 +263,15 @@ impl<'a, V: Varyings> Fragment<'a, V> {
     #[inline(always)]
     #[must_use]
     pub fn barycentrics(&self) -> [f32; 3] {
-        match self.triangle.clipped {
+        match self.triangle.pedigree {
             None => {
                 let [a, b] = self.linear();
                 self.triangle.over_vertices([a, b, 1.0 - a - b])
             }
-            Some(w) => {
+            Some(pedigree) => {
                 // α' = α w_a / w: the weights' formula, solved for α'.
                 let (weights, inv_w) = (self.weights(), self.inv_w());
-                [0, 1, 2].map(|i| weights[i] * w[i] * inv_w)
+                each([0, 1, 2], |i| weights[i] * pedigree.w[i] * inv_w)
             }
         }
     }
@@ -258,9 +306,9 @@ impl<'a, V: Varyings> Fragment<'a, V> {
     #[inline(always)]
     fn derivative(&self, step: [f32; 3]) -> V {
         let Shading { inv_w, inv_area2, provoking, .. } = *self.triangle;
-        let ([p, q], sum) = self.homogeneous();
+        let Sample { p, q, sum, .. } = self.at;
         let inv_sum = 1.0 / sum;
-        let [dp, dq, dr] = [0, 1, 2].map(|i| step[i] * inv_w[i]);
+        let [dp, dq, dr] = product(step, inv_w);
         let dsum = dp + dq + dr;
         let perspective = [(dp - p * inv_sum * dsum) * inv_sum, (dq - q * inv_sum * dsum) * inv_sum];
         let linear = [step[0] * inv_area2, step[1] * inv_area2];

@@ -3,20 +3,24 @@
 
 pub use glam;
 
-mod clip;
-mod convert;
+mod triple;
+mod state;
 mod depth;
-mod edge;
-mod fragment;
-mod interpolate;
-mod primitive;
-mod project;
-mod rasterizer;
-mod setup;
 mod target;
-mod traverse;
 mod vertex;
+mod primitive;
 mod viewport;
+mod clip;
+mod project;
+mod edge;
+mod setup;
+mod traverse;
+mod interpolate;
+mod fragment;
+mod geometry;
+mod shade;
+mod rasterizer;
+mod convert;
 
 pub use clip::DepthClip;
 pub use convert::{floor_to_i32, pack_bgra8, pack_rgb565, pack_rgba8, unpack_rgba8, wrap};
@@ -27,10 +31,11 @@ pub use depth::{
 pub use edge::EdgeFunction;
 pub use fragment::Fragment;
 pub use interpolate::{Flat, NoPerspective, Varyings, Weights};
-pub use primitive::{Index, Primitives, ProvokingVertex, Topology};
+pub use primitive::{Index, Primitives, Topology};
 pub use project::{Positions, Projected, ProjectedVertex, SUBPIXELS};
-pub use rasterizer::{CullMode, DrawError, FrontFace, Rasterizer, Statistics};
+pub use rasterizer::{DrawError, Rasterizer};
 pub use setup::{Coverage, Setup};
+pub use state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 pub use target::{Absent, Bands, EXTENT, Framebuffer, Plane, Rect, Run, Surface, SurfaceError};
 pub use traverse::Span;
 pub use vertex::{Attribute, Attributes, Computed};

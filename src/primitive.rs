@@ -28,16 +28,6 @@ pub enum Topology {
     Fan,
 }
 
-/// Whose values [`Flat`](crate::Flat) varyings take: see the table of [`Topology`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum ProvokingVertex {
-    /// Vulkan, Direct3D, Metal, WebGPU.
-    #[default]
-    First,
-    /// OpenGL, unless told otherwise.
-    Last,
-}
-
 /// A type of vertex index: `u8`, `u16` or `u32`.
 pub trait Index: Copy + PartialEq + Ord + core::fmt::Debug {
     /// The index that restarts a strip or fan: all bits set.
@@ -163,7 +153,7 @@ impl<'a, I: Index> Primitives<'a, I> {
 }
 
 /// One triangle's vertices.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Triangle {
     /// Vertex numbers in winding order. The first is the first provoking vertex.
     pub(crate) vertices: [usize; 3],

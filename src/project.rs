@@ -177,6 +177,9 @@ pub(crate) fn is_invalid(outcodes: u8) -> bool {
 /// Where a draw takes its positions from: [`Attributes`] of clip-space `Vec4`, projected when they are needed, or
 /// [`Projected`], which were projected before.
 pub trait Positions {
+    /// Whether the vertices were projected before.
+    const ARE_PROJECTED: bool;
+
     /// How many vertices there are.
     fn count(&self) -> usize;
 
@@ -188,6 +191,8 @@ pub trait Positions {
 }
 
 impl<A: Attributes<Value = Vec4>> Positions for A {
+    const ARE_PROJECTED: bool = false;
+
     #[inline(always)]
     fn count(&self) -> usize {
         self.len()
@@ -220,6 +225,8 @@ impl<A> Projected<'_, A> {
 }
 
 impl<A: Attributes<Value = Vec4>> Positions for Projected<'_, A> {
+    const ARE_PROJECTED: bool = true;
+
     #[inline(always)]
     fn count(&self) -> usize {
         self.vertices.len()

@@ -3,81 +3,22 @@
 use core::fmt;
 use core::marker::PhantomData;
 
-use crate::clip::{Corner, DepthClip, Polygon};
-use crate::depth::{DepthBias, DepthFormat, DepthTest, Less, clamp};
-use crate::fragment::{Fragment, Identity, Pedigree, Shading};
-use crate::interpolate::{Varyings, Weights};
-use crate::primitive::{Index, Primitives, ProvokingVertex, Triangle};
-use crate::project::{Positions, Projected, ProjectedVertex, Projector, is_invalid};
-use crate::setup::{Setup, sample_bounds, signed_area2};
-use crate::target::{Framebuffer, Rect};
-use crate::traverse::Span;
-use crate::vertex::Attributes;
-use crate::viewport::{ClipDepth, Viewport};
 use glam::Vec4;
 
-/// Which triangles are left out by the side that they show (`VkCullModeFlags`).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum CullMode {
-    /// None is left out.
-    #[default]
-    None,
-    /// Those that show their front.
-    Front,
-    /// Those that show their back: half the work for closed meshes.
-    Back,
-}
-
-/// Which way the vertices of a triangle turn, as displayed, when it shows its front (`VkFrontFace`).
-///
-/// Judged after rounding to the subpixel grid, by the sign of the exact area.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum FrontFace {
-    /// Counter-clockwise.
-    #[default]
-    CounterClockwise,
-    /// Clockwise.
-    Clockwise,
-}
-
-/// What a draw did.
-///
-/// ```text
-///   primitives = invalid + outside + culled + degenerate + those that were traversed
-/// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Statistics {
-    /// Triangles that primitive assembly made.
-    pub primitives: u64,
-    /// Triangles skipped because a coordinate was NaN, infinite or beyond 2¹⁰⁰.
-    pub invalid: u64,
-    /// Triangles wholly outside one plane of the clip volume.
-    pub outside: u64,
-    /// Triangles that were cut by a plane of the clip volume or the guard band.
-    pub clipped: u64,
-    /// Triangles left out by [`CullMode`].
-    pub culled: u64,
-    /// Triangles without area on the subpixel grid.
-    pub degenerate: u64,
-    /// Fragments that passed the depth test and were shaded: how often the closure ran.
-    pub fragments: u64,
-    /// Fragments that were not discarded either: an occlusion query's answer.
-    pub samples_passed: u64,
-}
-
-impl core::ops::AddAssign for Statistics {
-    fn add_assign(&mut self, other: Self) {
-        self.primitives += other.primitives;
-        self.invalid += other.invalid;
-        self.outside += other.outside;
-        self.clipped += other.clipped;
-        self.culled += other.culled;
-        self.degenerate += other.degenerate;
-        self.fragments += other.fragments;
-        self.samples_passed += other.samples_passed;
-    }
-}
+use crate::clip::DepthClip;
+use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
+use crate::fragment::{Fragment, Shading};
+use crate::geometry::{Facing, Geometry};
+use crate::interpolate::Varyings;
+use crate::primitive::{Index, Primitives};
+use crate::project::{Positions, Projected, ProjectedVertex, Projector};
+use crate::setup::Setup;
+use crate::shade::{DepthPlane, PACKET, Packet, Shader, WINDOWS};
+use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
+use crate::target::{Framebuffer, Rect};
+use crate::triple::each;
+use crate::vertex::Attributes;
+use crate::viewport::{ClipDepth, Viewport};
 
 /// Why nothing was drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -356,7 +297,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         primitives: Primitives<'_, I>,
         positions: P,
         varyings: A,
-        mut shade: S,
+        shade: S,
     ) -> Result<Statistics, DrawError>
     where
         F: Framebuffer,
@@ -367,103 +308,53 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         R: Into<Option<F::Color>>,
     {
         let count = vertex_count(&primitives, &positions, &varyings)?;
-        let area = self.render_area(target);
-        let projector = self.projector();
+        let (target_area, render_area) = (target.area(), self.render_area(target));
+        let limits = self.viewport.depth_limits();
         let mut statistics = Statistics::default();
-        // Strips, fans and tidy meshes name a vertex again at once: the triangle before is all the cache they need.
-        let mut before = [(usize::MAX, ProjectedVertex::default()); 3];
-        for triangle in primitives.triangles(count) {
-            let primitive = statistics.primitives;
-            statistics.primitives += 1;
-
-            // Project, or find what was projected.
-            let fetch = |index: usize| {
-                positions
-                    .projected(index)
-                    .or_else(|| before.iter().find(|(i, _)| *i == index).map(|(_, vertex)| *vertex))
-                    .or_else(|| positions.clip(index).map(|position| projector.project(position)))
-                    .unwrap_or_default()
-            };
-            let vertices = triangle.vertices.map(fetch);
-            let [i, j, k] = triangle.vertices;
-            before = [(i, vertices[0]), (j, vertices[1]), (k, vertices[2])];
-
-            // Clip, if it must be.
-            let mut pieces = if vertices.iter().any(|vertex| vertex.is_outside()) {
-                match Pieces::clip(&projector, vertices, triangle.vertices.map(|i| positions.clip(i))) {
-                    Ok(pieces) => {
-                        statistics.clipped += 1;
-                        pieces
-                    }
-                    Err(Rejected::Invalid) => {
-                        statistics.invalid += 1;
-                        continue;
-                    }
-                    Err(Rejected::Outside) => {
-                        statistics.outside += 1;
-                        continue;
-                    }
-                }
-            } else {
-                Pieces::whole(vertices)
-            };
-
-            // Cull by the sign of the exact area.
-            if pieces.area2 == 0 {
-                statistics.degenerate += 1;
+        let triangles = primitives.triangles(count);
+        let mut geometry = Geometry::new(triangles, positions, self.projector(), self.facing(), render_area);
+        let mut fan = None;
+        // A colour to fill the packet's arrays with until there are others: any.
+        let mut any = || target.run(render_area.x, render_area.y, 1).color.first().copied();
+        let Some(color) = (if render_area.is_empty() { None } else { any() }) else {
+            while geometry.next(&mut fan).is_some() {}
+            return Ok(geometry.statistics);
+        };
+        let (mut p, mut q, mut sum, mut l, mut m) =
+            ([0.0; PACKET], [0.0; PACKET], [0.0; PACKET], [0.0; PACKET], [0.0; PACKET]);
+        let (mut z, mut x, mut y) = ([0.0; PACKET], [0; PACKET], [0; PACKET]);
+        let (mut colors, mut depths) = ([color; WINDOWS], [F::Depth::from_depth(0.0); WINDOWS]);
+        let mut packet = Packet {
+            p: &mut p,
+            q: &mut q,
+            sum: &mut sum,
+            l: &mut l,
+            m: &mut m,
+            z: &mut z,
+            x: &mut x,
+            y: &mut y,
+            colors: &mut colors,
+            depths: &mut depths,
+        };
+        let mut shader = Shader { target, target_area, render_area, test: self.depth_test, shade };
+        while let Some(piece) = geometry.next(&mut fan) {
+            let [Some(a), Some(b), Some(c)] = each(piece.vertices, |index| varyings.fetch(index)) else {
                 continue;
-            }
-            let is_front_facing = self.is_front_facing(pieces.area2);
-            if self.culls(is_front_facing) {
-                statistics.culled += 1;
-                continue;
-            }
-
-            let identity = self.identity(triangle, is_front_facing, primitive);
-            while let Some((vertices, area2)) = pieces.next() {
-                // Most small triangles miss every sample: find out before anything is divided.
-                let [a, b, c] = vertices;
-                let [left, top, right, bottom] = sample_bounds(a, b, c);
-                let misses = left.max(area.x) >= right.min(area.right())
-                    || top.max(area.y) >= bottom.min(area.bottom());
-                if misses {
-                    continue;
-                }
-                let setup = Setup::with_area2(vertices, area2);
-                let [Some(a), Some(b), Some(c)] = triangle.vertices.map(|i| varyings.fetch(i)) else {
-                    continue;
-                };
-                let values = pieces.varyings([a, b, c], identity.provoking);
-                let shading = Shading::new(&setup, values, identity, pieces.pedigree());
-                let plane =
-                    DepthPlane::new::<F::Depth>(&setup, self.depth_bias, self.viewport.depth_limits());
-                setup.for_each_span(area, |span| {
-                    shade_span(target, &span, &shading, &plane, self.depth_test, &mut statistics, &mut shade);
-                });
-            }
+            };
+            let setup = Setup::with_area2(piece.corners, piece.area2);
+            let pedigree = fan.as_ref().and_then(|fan| fan.pedigree(piece.in_fan));
+            let values = fan.as_ref().map_or([a, b, c], |fan| fan.varyings(piece.in_fan, [a, b, c]));
+            let shading = Shading::new(&setup, values, piece.identity, pedigree.as_ref());
+            let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);
+            shader.draw(&setup, &shading, &plane, &mut packet, &mut statistics);
         }
+        statistics += geometry.statistics;
         Ok(statistics)
     }
 
-    fn is_front_facing(&self, area2: i64) -> bool {
-        (area2 < 0) == (self.front_face == FrontFace::CounterClockwise)
-    }
-
-    fn culls(&self, is_front_facing: bool) -> bool {
-        match self.cull_mode {
-            CullMode::None => false,
-            CullMode::Front => is_front_facing,
-            CullMode::Back => !is_front_facing,
-        }
-    }
-
-    #[expect(clippy::cast_possible_truncation, reason = "documented to count modulo 2³²")]
-    fn identity(&self, triangle: Triangle, is_front_facing: bool, primitive: u64) -> Identity {
-        let provoking = match self.provoking_vertex {
-            ProvokingVertex::First => 0,
-            ProvokingVertex::Last => triangle.last_provoking,
-        };
-        Identity { provoking, is_front_facing, primitive: primitive as u32 }
+    fn facing(&self) -> Facing {
+        let Self { cull_mode, front_face, provoking_vertex, .. } = *self;
+        Facing { cull_mode, front_face, provoking_vertex }
     }
 }
 
@@ -483,239 +374,5 @@ fn vertex_count<I: Index>(
     match primitives.first_out_of_range(positions) {
         Some((position, index)) => Err(DrawError::IndexOutOfRange { position, index, vertices: positions }),
         None => Ok(positions),
-    }
-}
-
-/// What is drawn of a triangle: itself, or the fan of triangles that clipping leaves.
-struct Pieces {
-    /// The next piece is corners 0, `next` and `next + 1`.
-    next: usize,
-    whole: [ProjectedVertex; 3],
-    clipped: Option<Clipped>,
-    /// Twice the signed area of all of it.
-    area2: i64,
-}
-
-struct Clipped {
-    polygon: Polygon,
-    projector: Projector,
-    /// The w of the vertices.
-    w: [f32; 3],
-}
-
-enum Rejected {
-    Invalid,
-    Outside,
-}
-
-impl Pieces {
-    #[inline(always)]
-    fn whole(vertices: [ProjectedVertex; 3]) -> Self {
-        let [a, b, c] = vertices;
-        Self { next: 1, whole: vertices, clipped: None, area2: signed_area2(a, b, c) }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn clip(
-        projector: &Projector,
-        vertices: [ProjectedVertex; 3],
-        positions: [Option<Vec4>; 3],
-    ) -> Result<Self, Rejected> {
-        let outcodes = vertices.map(|vertex| vertex.outcode());
-        let union = outcodes[0] | outcodes[1] | outcodes[2];
-        let [Some(a), Some(b), Some(c)] = positions else { return Err(Rejected::Invalid) };
-        if is_invalid(union) {
-            return Err(Rejected::Invalid);
-        }
-        if outcodes[0] & outcodes[1] & outcodes[2] != 0 {
-            return Err(Rejected::Outside);
-        }
-        let triangle = projector.triangle_to_clip([a, b, c]);
-        let polygon = projector.volume.clip(triangle, union);
-        let clipped = Clipped { polygon, projector: *projector, w: triangle.map(|p| p.w) };
-        let mut pieces = Self { next: 1, whole: vertices, clipped: Some(clipped), area2: 0 };
-        if pieces.piece(1).is_none() {
-            return Err(Rejected::Outside);
-        }
-        for next in 1.. {
-            let Some([a, b, c]) = pieces.piece(next) else { break };
-            pieces.area2 += signed_area2(a, b, c);
-        }
-        Ok(pieces)
-    }
-
-    /// The corners of a piece of a clipped triangle.
-    fn corners(&self, next: usize) -> Option<[&Corner; 3]> {
-        let corners = self.clipped.as_ref()?.polygon.corners();
-        Some([corners.first()?, corners.get(next)?, corners.get(next + 1)?])
-    }
-
-    fn piece(&self, next: usize) -> Option<[ProjectedVertex; 3]> {
-        let projector = self.clipped.as_ref()?.projector;
-        Some(self.corners(next)?.map(|corner| projector.project_clipped(corner.position)))
-    }
-
-    /// The next piece and twice its signed area, which has the sign of the whole.
-    #[inline(always)]
-    fn next(&mut self) -> Option<([ProjectedVertex; 3], i64)> {
-        if self.clipped.is_none() {
-            let is_first = self.next == 1;
-            self.next += 1;
-            return is_first.then_some((self.whole, self.area2));
-        }
-        loop {
-            let piece @ [a, b, c] = self.piece(self.next)?;
-            self.next += 1;
-            // Rounding can turn a sliver over. It belongs to its neighbours then.
-            let area2 = signed_area2(a, b, c);
-            if area2.signum() == self.area2.signum() {
-                return Some((piece, area2));
-            }
-        }
-    }
-
-    /// The weights of the piece given last, if there is anything to tell.
-    #[inline(always)]
-    fn pedigree(&self) -> Option<Pedigree> {
-        let w = self.clipped.as_ref()?.w;
-        Some(Pedigree { weights: self.corners(self.next - 1)?.map(|corner| corner.weights), w })
-    }
-
-    /// The values at the corners of the piece given last.
-    #[inline(always)]
-    fn varyings<V: Varyings>(&self, values: [V; 3], provoking: u8) -> [V; 3] {
-        let (Some(clipped), Some(corners)) = (&self.clipped, self.corners(self.next - 1)) else {
-            return values;
-        };
-        corners.map(|corner| {
-            let weights = Weights::new(corner.weights, corner.barycentrics(clipped.w), provoking);
-            V::interpolate(&values, &weights)
-        })
-    }
-}
-
-/// A triangle's depth: linear on the screen.
-struct DepthPlane {
-    /// At corner 2; and what corners 0 and 1 have more.
-    z: f32,
-    more: [f32; 2],
-    inv_area2: f32,
-    /// Change by a pixel to the right.
-    step_x: f32,
-    limits: (f32, f32),
-}
-
-impl DepthPlane {
-    #[inline(always)]
-    fn new<D: DepthFormat>(setup: &Setup, bias: DepthBias, limits: (f32, f32)) -> Self {
-        let [p, q, r] = setup.corners().map(|corner| corner.depth());
-        let more = [p - r, q - r];
-        let inv_area2 = 1.0 / setup.area2() as f32;
-        let [edge_0, edge_1, _] = setup.edges().map(|edge| edge.slope());
-        let step =
-            |i: usize| (edge_0[i] as f32 * 256.0 * more[0] + edge_1[i] as f32 * 256.0 * more[1]) * inv_area2;
-        let mut z = r;
-        if bias != DepthBias::default() {
-            let (dx, dy) = (step(0).abs(), step(1).abs());
-            let largest = [q, r].into_iter().fold(p, |a, b| if a > b { a } else { b });
-            z += bias.of(if dx > dy { dx } else { dy }, D::resolution(largest));
-        }
-        Self { z, more, inv_area2, step_x: step(0), limits }
-    }
-
-    /// At the anchor of a span.
-    #[inline(always)]
-    fn at_anchor(&self, span: &Span) -> f32 {
-        let [e0, e1, _] = span.edges();
-        self.z + (e0 * self.inv_area2) * self.more[0] + (e1 * self.inv_area2) * self.more[1]
-    }
-
-    /// `dx` columns right of the anchor, where it is `z`.
-    #[inline(always)]
-    fn at(&self, z: f32, dx: i32) -> f32 {
-        clamp(z + self.step_x * dx as f32, self.limits.0, self.limits.1)
-    }
-}
-
-/// Fragments are decided on and shaded this many at a time: enough for SIMD, and what the depth test has read is still
-/// in the first-level cache when it is written.
-const CHUNK: usize = 256;
-
-/// Tests and shades the fragments of a span.
-///
-/// First the depth test of a whole chunk, which ends in a number. If all fragments pass, as most often, they are shaded
-/// in a loop without a condition, which is what the compiler needs to make SIMD of it; if none, the chunk is done; and if
-/// some, the same loop runs over each stretch of fragments that pass.
-#[inline(always)]
-fn shade_span<F, V, T, S, R>(
-    target: &mut F,
-    span: &Span,
-    shading: &Shading<V>,
-    plane: &DepthPlane,
-    test: T,
-    statistics: &mut Statistics,
-    shade: &mut S,
-) where
-    F: Framebuffer,
-    V: Varyings,
-    T: DepthTest,
-    S: FnMut(Fragment<'_, V>, F::Color) -> R,
-    R: Into<Option<F::Color>>,
-{
-    let len = (span.end() - span.start()) as usize;
-    let run = target.run(span.start(), span.y(), len);
-    let z = plane.at_anchor(span);
-    let mut offset = span.start() - span.anchor();
-    for (colors, depths) in run.color.chunks_mut(CHUNK).zip(run.depth.chunks_mut(CHUNK)) {
-        let len = colors.len().min(depths.len());
-        let passes = |column: i32, old: F::Depth| {
-            !F::Depth::IS_STORED || test.passes(F::Depth::from_depth(plane.at(z, column)), old)
-        };
-        let mut passing = 0u32;
-        let mut column = offset;
-        for &old in depths.iter() {
-            passing += u32::from(passes(column, old));
-            column = column.wrapping_add(1);
-        }
-        let mut passing = if F::Depth::IS_STORED { passing as usize } else { len };
-        let all = passing == len;
-        statistics.fragments += passing as u64;
-
-        let mut end = 0;
-        while passing > 0 {
-            // The next stretch of fragments that pass.
-            let begin = end;
-            let find = |from: usize, wanted: bool| {
-                let mut column = offset.wrapping_add(from as i32);
-                depths.get(from..).unwrap_or_default().iter().position(|&old| {
-                    let found = passes(column, old) == wanted;
-                    column = column.wrapping_add(1);
-                    found
-                })
-            };
-            let begin = if all { begin } else { begin + find(begin, true).unwrap_or(len) };
-            end = if all { len } else { find(begin, false).map_or(len, |stretch| begin + stretch) };
-            let (Some(colors), Some(depths)) = (colors.get_mut(begin..end), depths.get_mut(begin..end))
-            else {
-                break;
-            };
-            passing = passing.saturating_sub(colors.len());
-
-            // Shade them. Both results are selected, not branched on, so that a discard vectorises too.
-            let mut column = offset.wrapping_add(begin as i32);
-            let mut kept = 0u32;
-            for (color, depth) in colors.iter_mut().zip(depths) {
-                let z = plane.at(z, column);
-                let shaded = shade(Fragment::new(shading, span, column, z), *color).into();
-                let is_kept = shaded.is_some();
-                *color = shaded.unwrap_or(*color);
-                *depth = if is_kept & test.writes() { F::Depth::from_depth(z) } else { *depth };
-                kept += u32::from(is_kept);
-                column = column.wrapping_add(1);
-            }
-            statistics.samples_passed += u64::from(kept);
-        }
-        offset = offset.wrapping_add(len as i32);
     }
 }

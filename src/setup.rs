@@ -15,6 +15,7 @@
 use crate::edge::EdgeFunction;
 use crate::project::{ProjectedVertex, SUBPIXELS};
 use crate::target::Rect;
+use crate::triple::each;
 
 /// A triangle on the subpixel grid, ready to be traversed: plain data, `Copy`, independent of any framebuffer.
 ///
@@ -145,7 +146,7 @@ impl Setup {
     #[inline(always)]
     #[must_use]
     pub fn edges(&self) -> [EdgeFunction; 3] {
-        let [a, b, c] = self.corners.map(|v| [v.x(), v.y()]);
+        let [a, b, c] = each(self.corners, |v| [v.x(), v.y()]);
         [EdgeFunction::new(b, c), EdgeFunction::new(c, a), EdgeFunction::new(a, b)]
     }
 

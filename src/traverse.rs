@@ -11,16 +11,17 @@ use crate::edge::EdgeFunction;
 use crate::project::round;
 use crate::setup::Setup;
 use crate::target::{DOMAIN, EXTENT, Rect};
+use crate::triple::each;
 
 /// How many rows are solved at a time.
-const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// The largest extent, in subpixels, of a triangle that is solved in `f32`.
 const SMALL: i32 = 63 << 8;
 
 /// Whether the target works on several `f32` at once. Elsewhere integers are as fast, and where floats are emulated
 /// they are much faster. Both ways find the same spans.
-const HAS_FLOAT_LANES: bool =
+pub(crate) const HAS_FLOAT_LANES: bool =
     cfg!(any(target_arch = "x86_64", target_arch = "x86", target_arch = "aarch64", target_arch = "wasm32"));
 
 /// The samples that a triangle covers on one row of an area.
@@ -75,11 +76,12 @@ impl Span {
 }
 
 /// Some neighbouring rows, solved: columns `start .. end`, an anchor, and the edge functions there.
-struct Rows {
-    start: [i32; LANES],
-    end: [i32; LANES],
-    anchor: [i32; LANES],
-    edges: [[f32; LANES]; 3],
+#[derive(Clone, Debug)]
+pub(crate) struct Rows {
+    pub(crate) start: [i32; LANES],
+    pub(crate) end: [i32; LANES],
+    pub(crate) anchor: [i32; LANES],
+    pub(crate) edges: [[f32; LANES]; 3],
 }
 
 impl Setup {
@@ -103,7 +105,7 @@ impl Setup {
                         start,
                         end,
                         anchor: rows.anchor[lane],
-                        edges: rows.edges.map(|edge| edge[lane]),
+                        edges: [rows.edges[0][lane], rows.edges[1][lane], rows.edges[2][lane]],
                     });
                 }
             }
@@ -113,14 +115,15 @@ impl Setup {
 }
 
 /// A triangle's edges in the form that its rows are solved from.
-enum Solver {
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Solver {
     Small(Small),
     Large(Large),
 }
 
 impl Solver {
     #[inline(always)]
-    fn new(setup: &Setup) -> Self {
+    pub(crate) fn new(setup: &Setup) -> Self {
         if HAS_FLOAT_LANES && Small::fits(setup) {
             Self::Small(Small::new(setup))
         } else {
@@ -129,7 +132,7 @@ impl Solver {
     }
 
     #[inline(always)]
-    fn solve(&self, first: i32, bottom: i32) -> Rows {
+    pub(crate) fn solve(&self, first: i32, bottom: i32) -> Rows {
         match self {
             Self::Small(small) => small.solve(first),
             Self::Large(large) => large.solve(first, bottom),
@@ -150,17 +153,18 @@ fn anchors_at_end(setup: &Setup) -> bool {
 ///
 /// All of them are halved eight times, exactly: one pixel is 256 subpixels, so E mod 256 is the same at every sample and
 /// floor(E / 256) keeps the sign test. |floor(E / 256)| < 2²² then.
-struct Small {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Small {
     x: i32,
     y: i32,
     /// Steps by a pixel right and down of floor((E + bias) / 256), and its value at the top left sample.
-    a: [f32; 3],
-    b: [f32; 3],
-    c: [f32; 3],
+    a: [f32; 4],
+    b: [f32; 4],
+    c: [f32; 4],
     /// What gives E back: E = 256 · floor((E + bias) / 256) + rest.
-    rest: [f32; 3],
-    /// −1 / a, or 0 where a = 0.
-    minus_inv_a: [f32; 3],
+    rest: [f32; 4],
+    /// −1 / a; anything where a = 0.
+    minus_inv_a: [f32; 4],
     anchors_at_end: bool,
 }
 
@@ -176,20 +180,37 @@ impl Small {
     fn new(setup: &Setup) -> Self {
         let bounds = setup.bounds();
         let (x, y) = (bounds.x, bounds.y);
-        let at = setup.corners().map(|v| [v.x() - (x << 8) - 128, v.y() - (y << 8) - 128]);
-        let (mut a, mut b, mut c, mut rest, mut minus_inv_a) =
-            ([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]);
-        for i in 0..3 {
-            let (p, q) = (at[(i + 1) % 3], at[(i + 2) % 3]);
-            let (step_x, step_y) = (p[1] - q[1], q[0] - p[0]);
-            let value = -(step_x * p[0] + step_y * p[1]);
-            let is_top_left = step_x > 0 || (step_x == 0 && step_y > 0);
+        let [p, q, r] = setup.corners();
+        // Four of everything, the last one again: the compiler makes one SIMD operation of each line.
+        let along = |p: i32, q: i32, r: i32, origin: i32| {
+            let relative = |v: i32| v - (origin << 8) - 128;
+            let (p, q, r) = (relative(p), relative(q), relative(r));
+            ([q, r, p, p], [r, p, q, q])
+        };
+        let (from_x, to_x) = along(p.x(), q.x(), r.x(), x);
+        let (from_y, to_y) = along(p.y(), q.y(), r.y(), y);
+        let mut small = Self {
+            x,
+            y,
+            a: [0.0; 4],
+            b: [0.0; 4],
+            c: [0.0; 4],
+            rest: [0.0; 4],
+            minus_inv_a: [0.0; 4],
+            anchors_at_end: anchors_at_end(setup),
+        };
+        for i in 0..4 {
+            let (a, b) = (from_y[i] - to_y[i], to_x[i] - from_x[i]);
+            let value = -(a * from_x[i] + b * from_y[i]);
+            let is_top_left = (a > 0) | ((a == 0) & (b > 0));
             let folded = (value - i32::from(!is_top_left)) >> 8;
-            (a[i], b[i], c[i]) = (step_x as f32, step_y as f32, folded as f32);
-            rest[i] = (value - (folded << 8)) as f32;
-            minus_inv_a[i] = if step_x == 0 { 0.0 } else { -1.0 / a[i] };
+            small.a[i] = a as f32;
+            small.b[i] = b as f32;
+            small.c[i] = folded as f32;
+            small.rest[i] = (value - (folded << 8)) as f32;
+            small.minus_inv_a[i] = -1.0 / if a == 0 { 1.0 } else { a as f32 };
         }
-        Self { x, y, a, b, c, rest, minus_inv_a, anchors_at_end: anchors_at_end(setup) }
+        small
     }
 
     #[inline(always)]
@@ -240,7 +261,8 @@ impl Small {
 }
 
 /// Edges of a triangle of any size.
-struct Large {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Large {
     edges: [EdgeFunction; 3],
     /// 1 / (step by a pixel), or 0 where that is 0.
     inv_step: [f32; 3],
@@ -250,7 +272,7 @@ struct Large {
 impl Large {
     fn new(setup: &Setup) -> Self {
         let edges = setup.edges();
-        let inv_step = edges.map(|edge| if edge.step_x() == 0 { 0.0 } else { 1.0 / edge.step_x() as f32 });
+        let inv_step = each(edges, |edge| if edge.step_x() == 0 { 0.0 } else { 1.0 / edge.step_x() as f32 });
         Self { edges, inv_step, anchors_at_end: anchors_at_end(setup) }
     }
 

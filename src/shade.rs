@@ -1,0 +1,478 @@
+//! The fragment half of a draw: depth test, closure, and the caller's memory.
+//!
+//! Where there is SIMD, fragments of one triangle are collected into *packets*: arrays of the numbers that shading starts
+//! from. Filling them, testing depth and shading are three separate loops without branches, and there is one shading loop
+//! only, so the compiler inlines the closure into it and makes SIMD of the whole. A packet is either
+//!
+//! * a stretch of one row: depth is tested for all of it at once. If all fragments pass, as most often, they are shaded
+//!   straight into the framebuffer; if none, the stretch is done; if some, each run of fragments that pass is shaded; or
+//! * up to eight rows of a triangle no wider than eight pixels, one window of eight pixels a row, shaded as one packet and
+//!   then written through the windows. A row at a time, such triangles would cost more in loops than in shading.
+//!
+//! Elsewhere, one fragment after the other is tested and shaded ([`Shader::draw_one_by_one`]): less memory, less code, and
+//! the same results.
+
+use crate::depth::{DepthBias, DepthFormat, DepthTest, clamp};
+use crate::fragment::{Fragment, Sample, Shading};
+use crate::interpolate::Varyings;
+use crate::setup::Setup;
+use crate::state::Statistics;
+use crate::target::{Framebuffer, Rect};
+use crate::traverse::{HAS_FLOAT_LANES, LANES, Rows, Solver};
+use crate::triple::each;
+
+/// How many fragments are in flight: enough for SIMD to be worth its overhead, and little enough for the first-level
+/// cache, or for a microcontroller's stack.
+pub(crate) const PACKET: usize = if HAS_FLOAT_LANES { 256 } else { 16 };
+
+/// A triangle's depth: linear on the screen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DepthPlane {
+    /// At corner 2; and what corners 0 and 1 have more.
+    z: f32,
+    more: [f32; 2],
+    inv_area2: f32,
+    /// Change by a pixel to the right.
+    step_x: f32,
+    low: f32,
+    high: f32,
+}
+
+impl DepthPlane {
+    #[inline(always)]
+    pub(crate) fn new<D: DepthFormat>(setup: &Setup, bias: DepthBias, (low, high): (f32, f32)) -> Self {
+        let [p, q, r] = each(setup.corners(), |corner| corner.depth());
+        let more = [p - r, q - r];
+        let inv_area2 = 1.0 / setup.area2() as f32;
+        let [edge_0, edge_1, _] = each(setup.edges(), |edge| edge.slope());
+        let step =
+            |i: usize| (edge_0[i] as f32 * 256.0 * more[0] + edge_1[i] as f32 * 256.0 * more[1]) * inv_area2;
+        let mut z = r;
+        if bias != DepthBias::default() {
+            let (dx, dy) = (step(0).abs(), step(1).abs());
+            let larger = |a: f32, b: f32| if a > b { a } else { b };
+            z += bias.of(larger(dx, dy), D::resolution(larger(larger(p, q), r)));
+        }
+        Self { z, more, inv_area2, step_x: step(0), low, high }
+    }
+
+    /// Where the first two edge functions are these.
+    #[inline(always)]
+    fn at_edges(&self, e0: f32, e1: f32) -> f32 {
+        self.z + (e0 * self.inv_area2) * self.more[0] + (e1 * self.inv_area2) * self.more[1]
+    }
+
+    /// `dx` columns right of where it is `z`, inside the depth range.
+    #[inline(always)]
+    fn moved(&self, z: f32, dx: f32) -> f32 {
+        clamp(z + self.step_x * dx, self.low, self.high)
+    }
+}
+
+/// The arrays of a packet: what shading starts from. References to separate arrays, so that one that nobody reads
+/// disappears.
+#[derive(Debug)]
+pub(crate) struct Packet<'a, C, D> {
+    pub(crate) p: &'a mut [f32; PACKET],
+    pub(crate) q: &'a mut [f32; PACKET],
+    pub(crate) sum: &'a mut [f32; PACKET],
+    pub(crate) l: &'a mut [f32; PACKET],
+    pub(crate) m: &'a mut [f32; PACKET],
+    pub(crate) z: &'a mut [f32; PACKET],
+    pub(crate) x: &'a mut [i32; PACKET],
+    pub(crate) y: &'a mut [i32; PACKET],
+    /// A packet of several rows has its pixels here until all are shaded.
+    pub(crate) colors: &'a mut [C; WINDOWS],
+    pub(crate) depths: &'a mut [D; WINDOWS],
+}
+
+/// Fragments in a packet of eight windows, and room for the last one to overhang.
+pub(crate) const WINDOWS: usize = if HAS_FLOAT_LANES { (LANES + 1) * LANES } else { 1 };
+
+/// 1 in the first n of eight lanes, for n = 0 ..= 8.
+const MASKS: [[i32; LANES]; LANES + 1] = {
+    let mut masks = [[0; LANES]; LANES + 1];
+    let mut n = 0;
+    while n <= LANES {
+        let mut i = 0;
+        while i < n {
+            masks[n][i] = 1;
+            i += 1;
+        }
+        n += 1;
+    }
+    masks
+};
+
+impl<C, D> Packet<'_, C, D> {
+    /// Sets fragments `start .. start + len` to the neighbours of the sample `base`, the first of them `dx` columns from
+    /// it and in column `x`.
+    #[inline(always)]
+    fn set(&mut self, start: usize, len: usize, (base, step): (Sample, Sample), dx: i32, (x, y): (i32, i32)) {
+        let Some(end) = start.checked_add(len) else { return };
+        let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(xs), Some(ys)) = (
+            self.p.get_mut(start..end),
+            self.q.get_mut(start..end),
+            self.sum.get_mut(start..end),
+            self.l.get_mut(start..end),
+            self.m.get_mut(start..end),
+            self.x.get_mut(start..end),
+            self.y.get_mut(start..end),
+        ) else {
+            return;
+        };
+        for i in 0..len {
+            let offset = i as i32;
+            let at = base.moved(step, dx.wrapping_add(offset) as f32);
+            (p[i], q[i], sum[i], l[i], m[i]) = (at.p, at.q, at.sum, at.l, at.m);
+            (xs[i], ys[i]) = (x.wrapping_add(offset), y);
+        }
+    }
+}
+
+/// What a draw's shading works with.
+#[derive(Debug)]
+pub(crate) struct Shader<'a, F, T, S> {
+    pub(crate) target: &'a mut F,
+    /// What the framebuffer has, and which of it may be drawn to.
+    pub(crate) target_area: Rect,
+    pub(crate) render_area: Rect,
+    pub(crate) test: T,
+    pub(crate) shade: S,
+}
+
+/// Some rows of a triangle, ready to be shaded.
+struct Band<'a, V> {
+    shading: &'a Shading<'a, V>,
+    plane: &'a DepthPlane,
+    step: Sample,
+    rows: Rows,
+    /// Depth at the anchors.
+    z: [f32; LANES],
+    /// The topmost row, and how many there are.
+    y: i32,
+    count: usize,
+}
+
+impl<V: Varyings> Band<'_, V> {
+    #[inline(always)]
+    fn len(&self, lane: usize) -> i32 {
+        self.rows.end[lane] - self.rows.start[lane]
+    }
+
+    /// What weights are made of at a row's anchor.
+    #[inline(always)]
+    fn base(&self, lane: usize) -> Sample {
+        let [a, b, c] = &self.rows.edges;
+        self.shading.sample([a[lane], b[lane], c[lane]])
+    }
+}
+
+impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
+    /// Draws a triangle.
+    #[inline(always)]
+    pub(crate) fn draw<V, R>(
+        &mut self,
+        setup: &Setup,
+        shading: &Shading<'_, V>,
+        plane: &DepthPlane,
+        packet: &mut Packet<'_, F::Color, F::Depth>,
+        statistics: &mut Statistics,
+    ) where
+        V: Varyings,
+        S: FnMut(Fragment<'_, V>, F::Color) -> R,
+        R: Into<Option<F::Color>>,
+    {
+        let (area, bounds) = (self.render_area, setup.bounds());
+        let (left, right) = (area.x, area.right());
+        let (top, bottom) = (area.y.max(bounds.y), area.bottom().min(bounds.bottom()));
+        // A window starts inside the triangle and must not reach over the framebuffer's right border.
+        let fits_windows = HAS_FLOAT_LANES
+            && bounds.width <= LANES as u32
+            && bounds.right() + LANES as i32 <= self.target_area.right();
+        let step = shading.step_x();
+        let solver = Solver::new(setup);
+        let mut y = top;
+        while y < bottom {
+            let mut rows = solver.solve(y, bottom);
+            let mut z = [0.0; LANES];
+            for lane in 0..LANES {
+                rows.start[lane] = rows.start[lane].max(left);
+                rows.end[lane] = rows.end[lane].min(right);
+                z[lane] = plane.at_edges(rows.edges[0][lane], rows.edges[1][lane]);
+            }
+            let band = Band { shading, plane, step, rows, z, y, count: LANES.min((bottom - y) as usize) };
+            if HAS_FLOAT_LANES {
+                self.draw_packets(&band, fits_windows, packet, statistics);
+            } else {
+                self.draw_one_by_one(&band, statistics);
+            }
+            y += LANES as i32;
+        }
+    }
+
+    /// Draws a band fragment by fragment.
+    #[inline(always)]
+    fn draw_one_by_one<V, R>(&mut self, band: &Band<'_, V>, statistics: &mut Statistics)
+    where
+        V: Varyings,
+        S: FnMut(Fragment<'_, V>, F::Color) -> R,
+        R: Into<Option<F::Color>>,
+    {
+        for lane in 0..band.count {
+            let (x, y) = (band.rows.start[lane], band.y + lane as i32);
+            if band.len(lane) <= 0 {
+                continue;
+            }
+            let len = band.len(lane) as usize;
+            let run = self.target.run(x, y, len);
+            let base = band.base(lane);
+            let mut x = x;
+            let (mut shaded, mut kept) = (0u32, 0u32);
+            for (color, depth) in run.color.iter_mut().zip(run.depth).take(len) {
+                let dx = x.wrapping_sub(band.rows.anchor[lane]) as f32;
+                let z = band.plane.moved(band.z[lane], dx);
+                let new = F::Depth::from_depth(z);
+                if !F::Depth::IS_STORED || self.test.passes(new, *depth) {
+                    let at = base.moved(band.step, dx);
+                    let fragment = Fragment { triangle: band.shading, at, x, y, depth: z };
+                    shaded += 1;
+                    if let Some(result) = (self.shade)(fragment, *color).into() {
+                        kept += 1;
+                        *color = result;
+                        if self.test.writes() {
+                            *depth = new;
+                        }
+                    }
+                }
+                x = x.wrapping_add(1);
+            }
+            statistics.fragments += u64::from(shaded);
+            statistics.samples_passed += u64::from(kept);
+        }
+    }
+
+    /// Draws a band packet by packet.
+    #[inline(always)]
+    fn draw_packets<V, R>(
+        &mut self,
+        band: &Band<'_, V>,
+        fits_windows: bool,
+        packet: &mut Packet<'_, F::Color, F::Depth>,
+        statistics: &mut Statistics,
+    ) where
+        V: Varyings,
+        S: FnMut(Fragment<'_, V>, F::Color) -> R,
+        R: Into<Option<F::Color>>,
+    {
+        let windows = if fits_windows { self.fill_windows(band, packet) } else { None };
+        let mut stretch = Stretch { lane: 0, x: band.rows.start[0], len: 0, end: 0 };
+        loop {
+            // What to shade: fragments `begin .. end` of the packet.
+            let (begin, end) = if let Some(ends) = &windows {
+                (0, ends[LANES - 1])
+            } else {
+                match self.next_stretch(band, &mut stretch, packet) {
+                    Some(range) => range,
+                    None => return,
+                }
+            };
+            let len = end - begin;
+            // Where it goes: into the framebuffer, or into the packet's own pixels.
+            let x = stretch.x + begin as i32;
+            let run = if windows.is_none() {
+                let run = self.target.run(x, band.y + stretch.lane as i32, len);
+                (run.color, run.depth)
+            } else {
+                (&mut packet.colors[..], &mut packet.depths[..])
+            };
+            let (Some(colors), Some(depths)) = (run.0.get_mut(..len), run.1.get_mut(..len)) else { return };
+            let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
+                packet.p.get(begin..end),
+                packet.q.get(begin..end),
+                packet.sum.get(begin..end),
+                packet.l.get(begin..end),
+                packet.m.get(begin..end),
+                packet.z.get(begin..end),
+                packet.x.get(begin..end),
+                packet.y.get(begin..end),
+            ) else {
+                return;
+            };
+
+            // Shade. Both results are selected, not branched on, so that a discard vectorises too.
+            let mut kept = 0u32;
+            for i in 0..len {
+                let at = Sample { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
+                let fragment = Fragment { triangle: band.shading, at, x: xs[i], y: ys[i], depth: z[i] };
+                let shaded = (self.shade)(fragment, colors[i]).into();
+                let is_kept = shaded.is_some();
+                colors[i] = shaded.unwrap_or(colors[i]);
+                depths[i] = if is_kept & self.test.writes() { F::Depth::from_depth(z[i]) } else { depths[i] };
+                kept += u32::from(is_kept);
+            }
+            statistics.fragments += len as u64;
+            statistics.samples_passed += u64::from(kept);
+
+            if let Some(ends) = &windows {
+                return self.write_windows(band, ends, packet);
+            }
+        }
+    }
+
+    /// Fills a packet with all rows of a band, if each of them passes the depth test wholly or not at all. Gives where in
+    /// the packet each row ends.
+    #[inline(always)]
+    fn fill_windows<V: Varyings>(
+        &mut self,
+        band: &Band<'_, V>,
+        packet: &mut Packet<'_, F::Color, F::Depth>,
+    ) -> Option<[usize; LANES]> {
+        let (mut ends, mut filled) = ([0; LANES], 0);
+        for lane in 0..band.count {
+            let len = band.len(lane);
+            if len > 0 {
+                let (x, y) = (band.rows.start[lane], band.y + lane as i32);
+                let dx = x - band.rows.anchor[lane];
+                let run = self.target.run(x, y, LANES);
+                let (old_colors, old_depths) =
+                    (run.color.first_chunk::<LANES>()?, run.depth.first_chunk::<LANES>()?);
+                let window = filled..filled + LANES;
+                let z = packet.z.get_mut(window.clone())?.first_chunk_mut::<LANES>()?;
+                let mask = MASKS.get(len as usize)?;
+                let mut passing = 0;
+                for i in 0..LANES {
+                    z[i] = band.plane.moved(band.z[lane], (dx + i as i32) as f32);
+                    let passes =
+                        !F::Depth::IS_STORED || self.test.passes(F::Depth::from_depth(z[i]), old_depths[i]);
+                    passing += i32::from(passes) & mask[i];
+                }
+                if passing == len {
+                    *packet.colors.get_mut(window.clone())?.first_chunk_mut()? = *old_colors;
+                    *packet.depths.get_mut(window)?.first_chunk_mut()? = *old_depths;
+                    packet.set(filled, LANES, (band.base(lane), band.step), dx, (x, y));
+                    filled += len as usize;
+                } else if passing != 0 {
+                    return None;
+                }
+            }
+            ends[lane] = filled;
+        }
+        for lane in band.count..LANES {
+            ends[lane] = filled;
+        }
+        Some(ends)
+    }
+
+    /// Writes the pixels of a packet of windows.
+    #[inline(always)]
+    fn write_windows<V: Varyings>(
+        &mut self,
+        band: &Band<'_, V>,
+        ends: &[usize; LANES],
+        packet: &Packet<'_, F::Color, F::Depth>,
+    ) {
+        let mut start = 0;
+        for lane in 0..band.count {
+            let len = ends[lane] - start;
+            if len > 0 {
+                let run = self.target.run(band.rows.start[lane], band.y + lane as i32, LANES);
+                let window = start..start + LANES;
+                let (Some(colors), Some(depths)) =
+                    (packet.colors.get(window.clone()), packet.depths.get(window))
+                else {
+                    return;
+                };
+                let (Some(colors), Some(depths)) =
+                    (colors.first_chunk::<LANES>(), depths.first_chunk::<LANES>())
+                else {
+                    return;
+                };
+                let (Some(to_colors), Some(to_depths)) =
+                    (run.color.first_chunk_mut::<LANES>(), run.depth.first_chunk_mut::<LANES>())
+                else {
+                    return;
+                };
+                let Some(mask) = MASKS.get(len) else { return };
+                for i in 0..LANES {
+                    to_colors[i] = if mask[i] != 0 { colors[i] } else { to_colors[i] };
+                    to_depths[i] = if mask[i] != 0 { depths[i] } else { to_depths[i] };
+                }
+            }
+            start = ends[lane];
+        }
+    }
+
+    /// Finds the next fragments to shade, neighbours on a row that all pass the depth test, and fills the packet with the
+    /// stretch of the row that they belong to.
+    #[inline(always)]
+    fn next_stretch<V: Varyings>(
+        &mut self,
+        band: &Band<'_, V>,
+        stretch: &mut Stretch,
+        packet: &mut Packet<'_, F::Color, F::Depth>,
+    ) -> Option<(usize, usize)> {
+        loop {
+            if stretch.end < stretch.len {
+                // The next that pass, of a stretch in which some do.
+                let run = self.target.run(stretch.x, band.y + stretch.lane as i32, stretch.len);
+                let (z, old) = (packet.z.get(..stretch.len)?, run.depth.get(..stretch.len)?);
+                let passes = |i: usize| self.test.passes(F::Depth::from_depth(z[i]), old[i]);
+                let begin = (stretch.end..stretch.len).find(|&i| passes(i));
+                let Some(begin) = begin else {
+                    stretch.end = stretch.len;
+                    continue;
+                };
+                stretch.end = (begin..stretch.len).find(|&i| !passes(i)).unwrap_or(stretch.len);
+                return Some((begin, stretch.end));
+            }
+            // The next stretch.
+            stretch.x += stretch.len as i32;
+            stretch.len = 0;
+            stretch.end = 0;
+            while stretch.x >= *band.rows.end.get(stretch.lane)? {
+                stretch.lane += 1;
+                if stretch.lane >= band.count {
+                    return None;
+                }
+                stretch.x = *band.rows.start.get(stretch.lane)?;
+            }
+            let lane = stretch.lane;
+            let len = PACKET.min((band.rows.end[lane] - stretch.x) as usize);
+            let (x, y) = (stretch.x, band.y + lane as i32);
+            let dx = x - band.rows.anchor[lane];
+            let run = self.target.run(x, y, len);
+            // A framebuffer that lends less than it was asked for gets no more than that.
+            let lent = len.min(run.color.len()).min(run.depth.len());
+            stretch.len = len;
+            let len = lent;
+            let (z, old) = (packet.z.get_mut(..len)?, run.depth.get(..len)?);
+            let mut passing = 0u32;
+            for i in 0..len {
+                z[i] = band.plane.moved(band.z[lane], dx.wrapping_add(i as i32) as f32);
+                passing +=
+                    u32::from(!F::Depth::IS_STORED || self.test.passes(F::Depth::from_depth(z[i]), old[i]));
+            }
+            if passing == 0 {
+                stretch.end = len;
+                continue;
+            }
+            packet.set(0, len, (band.base(lane), band.step), dx, (x, y));
+            if passing as usize == len {
+                stretch.end = len;
+                return Some((0, len));
+            }
+        }
+    }
+}
+
+/// A stretch of a row that a packet holds.
+struct Stretch {
+    /// Which row of the band.
+    lane: usize,
+    /// Its first column and its length.
+    x: i32,
+    len: usize,
+    /// How much of it is done.
+    end: usize,
+}

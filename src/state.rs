@@ -1,0 +1,74 @@
+//! Pipeline state that has no room of its own, and what a draw tells of itself.
+
+/// Whose values [`Flat`](crate::Flat) varyings take: see the table of [`Topology`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum ProvokingVertex {
+    /// Vulkan, Direct3D, Metal, WebGPU.
+    #[default]
+    First,
+    /// OpenGL, unless told otherwise.
+    Last,
+}
+
+/// Which triangles are left out by the side that they show (`VkCullModeFlags`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum CullMode {
+    /// None is left out.
+    #[default]
+    None,
+    /// Those that show their front.
+    Front,
+    /// Those that show their back: half the work for closed meshes.
+    Back,
+}
+
+/// Which way the vertices of a triangle turn, as displayed, when it shows its front (`VkFrontFace`).
+///
+/// Judged after rounding to the subpixel grid, by the sign of the exact area.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum FrontFace {
+    /// Counter-clockwise.
+    #[default]
+    CounterClockwise,
+    /// Clockwise.
+    Clockwise,
+}
+
+/// What a draw did.
+///
+/// ```text
+///   primitives = invalid + outside + culled + degenerate + those that were traversed
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Statistics {
+    /// Triangles that primitive assembly made.
+    pub primitives: u64,
+    /// Triangles skipped because a coordinate was NaN, infinite or beyond 2¹⁰⁰.
+    pub invalid: u64,
+    /// Triangles wholly outside one plane of the clip volume.
+    pub outside: u64,
+    /// Triangles that were cut by a plane of the clip volume or the guard band.
+    pub clipped: u64,
+    /// Triangles left out by [`CullMode`].
+    pub culled: u64,
+    /// Triangles without area on the subpixel grid.
+    pub degenerate: u64,
+    /// Fragments that passed the depth test and were shaded: how often the closure ran.
+    pub fragments: u64,
+    /// Fragments that were not discarded either: an occlusion query's answer.
+    pub samples_passed: u64,
+}
+
+impl core::ops::AddAssign for Statistics {
+    fn add_assign(&mut self, other: Self) {
+        self.primitives += other.primitives;
+        self.invalid += other.invalid;
+        self.outside += other.outside;
+        self.clipped += other.clipped;
+        self.culled += other.culled;
+        self.degenerate += other.degenerate;
+        self.fragments += other.fragments;
+        self.samples_passed += other.samples_passed;
+    }
+}
