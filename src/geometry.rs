@@ -13,7 +13,7 @@ use crate::project::{Positions, ProjectedVertex, Projector, is_invalid};
 use crate::setup::{sample_bounds, signed_area2};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::Rect;
-use crate::traverse::HAS_FLOAT_LANES;
+use crate::traverse::{HAS_FLOAT_LANES, Tiny};
 use crate::triple::each;
 
 /// Which sides of triangles are drawn, and what they are called.
@@ -185,6 +185,9 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 continue;
             }
             let area2 = signed_area2(a, b, c);
+            if HAS_FLOAT_LANES && !may_cover_tiny(corners, area2) {
+                continue;
+            }
             let identity = self.facing.identity(triangle, area2, number);
             return Some(Piece { corners, area2, vertices: triangle.vertices, identity, in_fan: 0 });
         }
@@ -231,6 +234,20 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         fan.identity = self.facing.identity(triangle, fan.area2, primitive);
         Some(fan)
     }
+}
+
+/// Whether a triangle whose bounds hold one or two samples, or two by two, covers one of them. Others may.
+///
+/// Half of the triangles in the size of a pixel cover none: finding out takes less than setting them up.
+#[inline(always)]
+fn may_cover_tiny([a, b, c]: [ProjectedVertex; 3], area2: i64) -> bool {
+    let [left, top, right, bottom] = sample_bounds(a, b, c);
+    let (width, height) = (right - left, bottom - top);
+    if width > 2 || height > 2 {
+        return true;
+    }
+    let corners = if area2 > 0 { [a, b, c] } else { [a, c, b] };
+    Tiny::new(corners, left, top, width).covers_any(height)
 }
 
 /// What clipping leaves of a triangle, as a fan of triangles.

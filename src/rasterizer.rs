@@ -13,7 +13,7 @@ use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
 use crate::setup::Setup;
-use crate::shade::{DepthPlane, PACKET, Packet, Shader, WINDOWS};
+use crate::shade::{DepthPlane, LIST, PACKET, Packet, Shader, WINDOWS};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Framebuffer, Rect};
 use crate::triple::each;
@@ -335,6 +335,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             y: &mut y,
             colors: &mut colors,
             depths: &mut depths,
+            places: &mut [(0, 0); LIST],
         };
         let mut shader = Shader { target, target_area, render_area, test: self.depth_test, shade };
         while let Some(piece) = geometry.next(&mut fan) {

@@ -18,7 +18,7 @@ use crate::interpolate::Varyings;
 use crate::setup::Setup;
 use crate::state::Statistics;
 use crate::target::{Framebuffer, Rect};
-use crate::traverse::{HAS_FLOAT_LANES, LANES, Rows, Solver};
+use crate::traverse::{HAS_FLOAT_LANES, LANES, Rows, Solver, Tiny, anchors_at_end};
 use crate::triple::each;
 
 /// How many fragments are in flight: enough for SIMD to be worth its overhead, and little enough for the first-level
@@ -84,7 +84,12 @@ pub(crate) struct Packet<'a, C, D> {
     /// A packet of several rows has its pixels here until all are shaded.
     pub(crate) colors: &'a mut [C; WINDOWS],
     pub(crate) depths: &'a mut [D; WINDOWS],
+    /// A packet of single fragments also remembers where each belongs.
+    pub(crate) places: &'a mut [(i32, i32); LIST],
 }
+
+/// Fragments in a packet of a tiny triangle, and room for one that fails.
+pub(crate) const LIST: usize = if HAS_FLOAT_LANES { (Tiny::SIZE * Tiny::SIZE) as usize + 1 } else { 1 };
 
 /// Fragments in a packet of eight windows, and room for the last one to overhang.
 pub(crate) const WINDOWS: usize = if HAS_FLOAT_LANES { (LANES + 1) * LANES } else { 1 };
@@ -105,6 +110,17 @@ const MASKS: [[i32; LANES]; LANES + 1] = {
 };
 
 impl<C, D> Packet<'_, C, D> {
+    /// Sets one fragment, its pixel and where that is.
+    #[inline(always)]
+    fn put(&mut self, i: usize, at: Sample, z: f32, place: (i32, i32), (color, depth): (C, D)) {
+        if i >= LIST.min(PACKET).min(WINDOWS) {
+            return;
+        }
+        (self.p[i], self.q[i], self.sum[i], self.l[i], self.m[i]) = (at.p, at.q, at.sum, at.l, at.m);
+        (self.z[i], self.x[i], self.y[i]) = (z, place.0, place.1);
+        (self.colors[i], self.depths[i], self.places[i]) = (color, depth, place);
+    }
+
     /// Sets fragments `start .. start + len` to the neighbours of the sample `base`, the first of them `dx` columns from
     /// it and in column `x`.
     #[inline(always)]
@@ -155,9 +171,23 @@ struct Band<'a, V> {
 }
 
 impl<V: Varyings> Band<'_, V> {
+    /// Solves the next rows, from `top`, and cuts them to the area.
     #[inline(always)]
-    fn len(&self, lane: usize) -> i32 {
-        self.rows.end[lane] - self.rows.start[lane]
+    fn solve(&mut self, solver: &Solver, (top, bottom): (i32, i32), area: Rect) {
+        self.rows = solver.solve(top, bottom);
+        (self.y, self.count) = (top, LANES.min((bottom - top) as usize));
+        let (left, right) = (area.x, area.right());
+        for lane in 0..LANES {
+            self.rows.start[lane] = self.rows.start[lane].max(left);
+            self.rows.end[lane] = self.rows.end[lane].min(right);
+            self.z[lane] = self.plane.at_edges(self.rows.edges[0][lane], self.rows.edges[1][lane]);
+        }
+    }
+
+    /// How many samples of a row are covered.
+    #[inline(always)]
+    fn len(&self, lane: usize) -> usize {
+        (self.rows.end[lane] - self.rows.start[lane]).max(0) as usize
     }
 
     /// What weights are made of at a row's anchor.
@@ -184,80 +214,81 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         R: Into<Option<F::Color>>,
     {
         let (area, bounds) = (self.render_area, setup.bounds());
-        let (left, right) = (area.x, area.right());
-        let (top, bottom) = (area.y.max(bounds.y), area.bottom().min(bounds.bottom()));
-        // A window starts inside the triangle and must not reach over the framebuffer's right border.
-        let fits_windows = HAS_FLOAT_LANES
-            && bounds.width <= LANES as u32
-            && bounds.right() + LANES as i32 <= self.target_area.right();
-        let step = shading.step_x();
-        let solver = Solver::new(setup);
-        let mut y = top;
-        while y < bottom {
-            let mut rows = solver.solve(y, bottom);
-            let mut z = [0.0; LANES];
-            for lane in 0..LANES {
-                rows.start[lane] = rows.start[lane].max(left);
-                rows.end[lane] = rows.end[lane].min(right);
-                z[lane] = plane.at_edges(rows.edges[0][lane], rows.edges[1][lane]);
-            }
-            let band = Band { shading, plane, step, rows, z, y, count: LANES.min((bottom - y) as usize) };
-            if HAS_FLOAT_LANES {
-                self.draw_packets(&band, fits_windows, packet, statistics);
-            } else {
-                self.draw_one_by_one(&band, statistics);
-            }
-            y += LANES as i32;
+        let rows = (area.y.max(bounds.y), area.bottom().min(bounds.bottom()));
+        let band = Band {
+            shading,
+            plane,
+            step: shading.step_x(),
+            rows: Rows::EMPTY,
+            z: [0.0; LANES],
+            y: rows.0,
+            count: 0,
+        };
+        if HAS_FLOAT_LANES {
+            self.draw_packets(setup, rows, band, packet, statistics);
+        } else {
+            self.draw_one_by_one(setup, rows, band, statistics);
         }
     }
 
-    /// Draws a band fragment by fragment.
+    /// Draws a triangle fragment by fragment.
     #[inline(always)]
-    fn draw_one_by_one<V, R>(&mut self, band: &Band<'_, V>, statistics: &mut Statistics)
-    where
+    fn draw_one_by_one<V, R>(
+        &mut self,
+        setup: &Setup,
+        (top, bottom): (i32, i32),
+        mut band: Band<'_, V>,
+        statistics: &mut Statistics,
+    ) where
         V: Varyings,
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        for lane in 0..band.count {
-            let (x, y) = (band.rows.start[lane], band.y + lane as i32);
-            if band.len(lane) <= 0 {
-                continue;
-            }
-            let len = band.len(lane) as usize;
-            let run = self.target.run(x, y, len);
-            let base = band.base(lane);
-            let mut x = x;
-            let (mut shaded, mut kept) = (0u32, 0u32);
-            for (color, depth) in run.color.iter_mut().zip(run.depth).take(len) {
-                let dx = x.wrapping_sub(band.rows.anchor[lane]) as f32;
-                let z = band.plane.moved(band.z[lane], dx);
-                let new = F::Depth::from_depth(z);
-                if !F::Depth::IS_STORED || self.test.passes(new, *depth) {
-                    let at = base.moved(band.step, dx);
-                    let fragment = Fragment { triangle: band.shading, at, x, y, depth: z };
-                    shaded += 1;
-                    if let Some(result) = (self.shade)(fragment, *color).into() {
-                        kept += 1;
-                        *color = result;
-                        if self.test.writes() {
-                            *depth = new;
+        let solver = Solver::new(setup);
+        let mut top = top;
+        while top < bottom {
+            band.solve(&solver, (top, bottom), self.render_area);
+            top += LANES as i32;
+            for lane in 0..band.count {
+                let len = band.len(lane);
+                if len == 0 {
+                    continue;
+                }
+                let (mut x, y) = (band.rows.start[lane], band.y + lane as i32);
+                let run = self.target.run(x, y, len);
+                let base = band.base(lane);
+                let (mut shaded, mut kept) = (0u32, 0u32);
+                for (color, depth) in run.color.iter_mut().zip(run.depth).take(len) {
+                    let dx = x.wrapping_sub(band.rows.anchor[lane]) as f32;
+                    let z = band.plane.moved(band.z[lane], dx);
+                    let new = F::Depth::from_depth(z);
+                    if !F::Depth::IS_STORED || self.test.passes(new, *depth) {
+                        let at = base.moved(band.step, dx);
+                        let fragment = Fragment { triangle: band.shading, at, x, y, depth: z };
+                        shaded += 1;
+                        if let Some(result) = (self.shade)(fragment, *color).into() {
+                            kept += 1;
+                            *color = result;
+                            if self.test.writes() {
+                                *depth = new;
+                            }
                         }
                     }
+                    x = x.wrapping_add(1);
                 }
-                x = x.wrapping_add(1);
+                statistics.fragments += u64::from(shaded);
+                statistics.samples_passed += u64::from(kept);
             }
-            statistics.fragments += u64::from(shaded);
-            statistics.samples_passed += u64::from(kept);
         }
     }
 
-    /// Draws a band packet by packet.
+    /// Draws a triangle packet by packet.
     #[inline(always)]
     fn draw_packets<V, R>(
         &mut self,
-        band: &Band<'_, V>,
-        fits_windows: bool,
+        setup: &Setup,
+        (mut top, bottom): (i32, i32),
+        mut band: Band<'_, V>,
         packet: &mut Packet<'_, F::Color, F::Depth>,
         statistics: &mut Statistics,
     ) where
@@ -265,28 +296,55 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let windows = if fits_windows { self.fill_windows(band, packet) } else { None };
-        let mut stretch = Stretch { lane: 0, x: band.rows.start[0], len: 0, end: 0 };
+        let bounds = setup.bounds();
+        let is_tiny = bounds.width <= Tiny::SIZE && bounds.height <= Tiny::SIZE;
+        let mut listed = 0;
+        if is_tiny {
+            listed = self.fill_list(setup, (top, bottom), &band, packet);
+            if listed == 0 {
+                return;
+            }
+        }
+        let solver = if is_tiny { None } else { Some(Solver::new(setup)) };
+        // A window starts inside the triangle and must not reach over the framebuffer's right border.
+        let fits_windows =
+            bounds.width <= LANES as u32 && bounds.right() + LANES as i32 <= self.target_area.right();
+        let (mut windows, mut stretch) = (None, Stretch::default());
         loop {
             // What to shade: fragments `begin .. end` of the packet.
-            let (begin, end) = if let Some(ends) = &windows {
-                (0, ends[LANES - 1])
+            let (begin, end) = if listed > 0 {
+                (0, listed)
             } else {
-                match self.next_stretch(band, &mut stretch, packet) {
+                match self.next_stretch(&band, &mut stretch, packet) {
                     Some(range) => range,
-                    None => return,
+                    None => {
+                        let Some(solver) = &solver else { return };
+                        if top >= bottom {
+                            return;
+                        }
+                        band.solve(solver, (top, bottom), self.render_area);
+                        top += LANES as i32;
+                        stretch = Stretch { x: band.rows.start[0], ..Stretch::default() };
+                        windows = if fits_windows { self.fill_windows(&band, packet) } else { None };
+                        match windows {
+                            None => continue,
+                            Some(ends) => {
+                                stretch.lane = band.count;
+                                (0, ends[LANES - 1])
+                            }
+                        }
+                    }
                 }
             };
             let len = end - begin;
             // Where it goes: into the framebuffer, or into the packet's own pixels.
-            let x = stretch.x + begin as i32;
-            let run = if windows.is_none() {
-                let run = self.target.run(x, band.y + stretch.lane as i32, len);
+            let (colors, depths) = if listed == 0 && windows.is_none() {
+                let run = self.target.run(stretch.x + begin as i32, band.y + stretch.lane as i32, len);
                 (run.color, run.depth)
             } else {
                 (&mut packet.colors[..], &mut packet.depths[..])
             };
-            let (Some(colors), Some(depths)) = (run.0.get_mut(..len), run.1.get_mut(..len)) else { return };
+            let (Some(colors), Some(depths)) = (colors.get_mut(..len), depths.get_mut(..len)) else { return };
             let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
                 packet.p.get(begin..end),
                 packet.q.get(begin..end),
@@ -314,8 +372,57 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             statistics.fragments += len as u64;
             statistics.samples_passed += u64::from(kept);
 
-            if let Some(ends) = &windows {
-                return self.write_windows(band, ends, packet);
+            if listed > 0 {
+                return self.write_list(listed, packet);
+            }
+            if let Some(ends) = windows.take() {
+                self.write_windows(&band, &ends, packet);
+            }
+        }
+    }
+
+    /// Fills a packet with the fragments of a tiny triangle that pass the depth test. Gives how many.
+    #[inline(always)]
+    fn fill_list<V: Varyings>(
+        &mut self,
+        setup: &Setup,
+        (top, bottom): (i32, i32),
+        band: &Band<'_, V>,
+        packet: &mut Packet<'_, F::Color, F::Depth>,
+    ) -> usize {
+        let bounds = setup.bounds();
+        let tiny = Tiny::new(setup.corners(), bounds.x, bounds.y, bounds.width as i32);
+        let anchors_at_end = anchors_at_end(setup);
+        let (left, right) = (self.render_area.x, self.render_area.right());
+        let mut filled = 0;
+        for y in top..bottom {
+            let Some(span) = tiny.span(y, left, right, anchors_at_end) else { continue };
+            let [e0, e1, _] = span.edges();
+            let (base, z) = (band.shading.sample(span.edges()), band.plane.at_edges(e0, e1));
+            let run = self.target.run(span.start(), y, (span.end() - span.start()) as usize);
+            let mut x = span.start();
+            for (&color, &depth) in run.color.iter().zip(run.depth.iter()) {
+                let dx = (x - span.anchor()) as f32;
+                let z = band.plane.moved(z, dx);
+                let at = base.moved(band.step, dx);
+                let passes = !F::Depth::IS_STORED || self.test.passes(F::Depth::from_depth(z), depth);
+                // Always put there; counted, or overwritten by the next.
+                packet.put(filled, at, z, (x, y), (color, depth));
+                filled += usize::from(passes & (x < span.end()));
+                x += 1;
+            }
+        }
+        filled
+    }
+
+    /// Writes the pixels of a packet of single fragments.
+    #[inline(always)]
+    fn write_list(&mut self, len: usize, packet: &Packet<'_, F::Color, F::Depth>) {
+        let places = packet.places.iter().zip(packet.colors.iter()).zip(packet.depths.iter());
+        for ((&(x, y), &color), &depth) in places.take(len) {
+            let run = self.target.run(x, y, 1);
+            if let (Some(to_color), Some(to_depth)) = (run.color.first_mut(), run.depth.first_mut()) {
+                (*to_color, *to_depth) = (color, depth);
             }
         }
     }
@@ -339,7 +446,7 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                     (run.color.first_chunk::<LANES>()?, run.depth.first_chunk::<LANES>()?);
                 let window = filled..filled + LANES;
                 let z = packet.z.get_mut(window.clone())?.first_chunk_mut::<LANES>()?;
-                let mask = MASKS.get(len as usize)?;
+                let mask = MASKS.get(len)?;
                 let mut passing = 0;
                 for i in 0..LANES {
                     z[i] = band.plane.moved(band.z[lane], (dx + i as i32) as f32);
@@ -347,11 +454,11 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                         !F::Depth::IS_STORED || self.test.passes(F::Depth::from_depth(z[i]), old_depths[i]);
                     passing += i32::from(passes) & mask[i];
                 }
-                if passing == len {
+                if passing as usize == len {
                     *packet.colors.get_mut(window.clone())?.first_chunk_mut()? = *old_colors;
                     *packet.depths.get_mut(window)?.first_chunk_mut()? = *old_depths;
                     packet.set(filled, LANES, (band.base(lane), band.step), dx, (x, y));
-                    filled += len as usize;
+                    filled += len;
                 } else if passing != 0 {
                     return None;
                 }
@@ -430,12 +537,15 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             stretch.x += stretch.len as i32;
             stretch.len = 0;
             stretch.end = 0;
-            while stretch.x >= *band.rows.end.get(stretch.lane)? {
-                stretch.lane += 1;
+            loop {
                 if stretch.lane >= band.count {
                     return None;
                 }
-                stretch.x = *band.rows.start.get(stretch.lane)?;
+                if stretch.x < *band.rows.end.get(stretch.lane)? {
+                    break;
+                }
+                stretch.lane += 1;
+                stretch.x = band.rows.start.get(stretch.lane).copied().unwrap_or_default();
             }
             let lane = stretch.lane;
             let len = PACKET.min((band.rows.end[lane] - stretch.x) as usize);
@@ -467,6 +577,7 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
 }
 
 /// A stretch of a row that a packet holds.
+#[derive(Clone, Copy, Debug, Default)]
 struct Stretch {
     /// Which row of the band.
     lane: usize,
