@@ -148,17 +148,18 @@ impl Polygon {
             self.len = 0;
             return;
         }
-        // Turn the polygon until it starts with the first corner inside after one outside.
-        for _ in 0..corners.len() {
-            let starts = match (corners.first(), corners.last()) {
-                (Some(first), Some(last)) => is_inside(first) && !is_inside(last),
-                _ => true,
-            };
-            if starts {
-                break;
-            }
-            corners.rotate_left(1);
-        }
+        // Turn the polygon so that it starts with the first corner inside after one outside. Three reversals: what
+        // `rotate_left` does in general costs a microcontroller 1.5 KiB.
+        let mut before = corners.last().is_some_and(is_inside);
+        let start = corners.iter().position(|corner| {
+            let enters = is_inside(corner) && !before;
+            before = is_inside(corner);
+            enters
+        });
+        let (front, back) = corners.split_at_mut_checked(start.unwrap_or(0)).unwrap_or_default();
+        front.reverse();
+        back.reverse();
+        corners.reverse();
         let kept = corners.iter().take_while(|corner| is_inside(corner)).count();
         let between = |inside: usize, outside: usize| {
             Some(Corner::between(corners.get(inside)?, corners.get(outside)?, &distance))
@@ -182,8 +183,11 @@ impl Corner {
         let (da, db) = (distance(a), distance(b)); // of opposite signs
         let whole = da - db;
         let (ka, kb) = (-db / whole, da / whole);
-        let mix = |i: usize| a.weights[i] * ka + b.weights[i] * kb;
-        Self { position: a.position * ka + b.position * kb, weights: [mix(0), mix(1), mix(2)] }
+        let ([p, q, r], [s, t, u]) = (a.weights, b.weights);
+        Self {
+            position: a.position * ka + b.position * kb,
+            weights: [p * ka + s * kb, q * ka + t * kb, r * ka + u * kb],
+        }
     }
 
     /// Its screen-linear weights over vertices whose w are these.

@@ -36,22 +36,21 @@ pub(crate) struct Identity {
     pub(crate) primitive: u32,
 }
 
-/// How the vertices given to setup came about by clipping.
+/// How the vertices given to setup came about by clipping: each one's weights over the caller's vertices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pedigree {
-    /// Their weights over the caller's three vertices.
     pub(crate) weights: [[f32; 3]; 3],
-    /// The w of the caller's vertices.
-    pub(crate) w: [f32; 3],
+    pub(crate) barycentrics: [[f32; 3]; 3],
 }
 
-impl Pedigree {
-    /// Weights over the caller's vertices of a point with these weights over the piece's.
-    #[inline(always)]
-    fn over_vertices(&self, [a, b, c]: [f32; 3]) -> [f32; 3] {
-        let [p, q, r] = &self.weights;
-        each([0, 1, 2], |i| a * p[i] + b * q[i] + c * r[i])
-    }
+/// a p + b q + c r.
+#[inline(always)]
+fn mix([a, b, c]: [f32; 3], [p, q, r]: [[f32; 3]; 3]) -> [f32; 3] {
+    [
+        a * p[0] + b * q[0] + c * r[0], //
+        a * p[1] + b * q[1] + c * r[1],
+        a * p[2] + b * q[2] + c * r[2],
+    ]
 }
 
 /// Element `order[i]` for each i.
@@ -252,7 +251,7 @@ impl<V: Varyings> Fragment<'_, V> {
         let weights = self.triangle.over_vertices([a, b, 1.0 - a - b]);
         match self.triangle.pedigree {
             None => weights,
-            Some(pedigree) => pedigree.over_vertices(weights),
+            Some(pedigree) => mix(weights, pedigree.weights),
         }
     }
 
@@ -263,16 +262,11 @@ impl<V: Varyings> Fragment<'_, V> {
     #[inline(always)]
     #[must_use]
     pub fn barycentrics(&self) -> [f32; 3] {
+        let [a, b] = self.linear();
+        let barycentrics = self.triangle.over_vertices([a, b, 1.0 - a - b]);
         match self.triangle.pedigree {
-            None => {
-                let [a, b] = self.linear();
-                self.triangle.over_vertices([a, b, 1.0 - a - b])
-            }
-            Some(pedigree) => {
-                // α' = α w_a / w: the weights' formula, solved for α'.
-                let (weights, inv_w) = (self.weights(), self.inv_w());
-                each([0, 1, 2], |i| weights[i] * pedigree.w[i] * inv_w)
-            }
+            None => barycentrics,
+            Some(pedigree) => mix(barycentrics, pedigree.barycentrics),
         }
     }
 

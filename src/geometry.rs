@@ -310,7 +310,11 @@ impl Fan {
 
     /// How a piece's corners came about.
     pub(crate) fn pedigree(&self, piece: usize) -> Option<Pedigree> {
-        Some(Pedigree { weights: each(self.corners(piece)?, |corner| corner.weights), w: self.w })
+        let corners = self.corners(piece)?;
+        Some(Pedigree {
+            weights: each(corners, |corner| corner.weights),
+            barycentrics: each(corners, |corner| corner.barycentrics(self.w)),
+        })
     }
 
     /// The values at a piece's corners, from those at the vertices.

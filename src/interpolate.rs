@@ -147,7 +147,11 @@ impl Varyings for () {
 impl<T: Varyings, const N: usize> Varyings for [T; N] {
     #[inline(always)]
     fn interpolate([a, b, c]: &[Self; 3], weights: &Weights) -> Self {
-        core::array::from_fn(|i| T::interpolate(&[a[i], b[i], c[i]], weights))
+        let mut values = *a;
+        for (((value, a), b), c) in values.iter_mut().zip(a).zip(b).zip(c) {
+            *value = T::interpolate(&[*a, *b, *c], weights);
+        }
+        values
     }
 }
 

@@ -4,8 +4,9 @@
 //! multiplication and then *decided* by evaluating the edge function, in integers, at the estimate: the spans are exactly
 //! the samples that [`EdgeFunction::covers`] accepts, for any triangle.
 //!
-//! Eight rows are solved at a time, one a SIMD lane. Triangles up to 63 pixels wide and high are solved in `f32`, where
-//! every number below is an integer under 2²⁴ and therefore exact; larger ones row by row in `i64`.
+//! Where there is SIMD, eight rows are solved at a time, one a lane. Triangles up to 63 pixels wide and high are solved in
+//! `f32`, where every number below is an integer under 2²⁴ and therefore exact ([`Small`]); elsewhere in `i32`
+//! ([`Compact`]). Larger ones are solved row by row in `i64` ([`Large`]). All find the same spans.
 
 use crate::edge::EdgeFunction;
 use crate::project::{ProjectedVertex, round};
@@ -13,8 +14,8 @@ use crate::setup::Setup;
 use crate::target::{DOMAIN, EXTENT, Rect};
 use crate::triple::each;
 
-/// How many rows are solved at a time.
-pub(crate) const LANES: usize = 8;
+/// How many rows are solved at a time: a SIMD register of `f32`, and one where there is none.
+pub(crate) const LANES: usize = if HAS_FLOAT_LANES { 8 } else { 1 };
 
 /// The largest extent, in subpixels, of a triangle that is solved in `f32`.
 const SMALL: i32 = 63 << 8;
@@ -118,16 +119,19 @@ impl Setup {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Solver {
     Small(Small),
+    Compact(Compact),
     Large(Large),
 }
 
 impl Solver {
     #[inline(always)]
     pub(crate) fn new(setup: &Setup) -> Self {
-        if HAS_FLOAT_LANES && Small::fits(setup) {
+        if !is_small(setup) {
+            Self::Large(Large::new(setup))
+        } else if HAS_FLOAT_LANES {
             Self::Small(Small::new(setup))
         } else {
-            Self::Large(Large::new(setup))
+            Self::Compact(Compact::new(setup))
         }
     }
 
@@ -135,9 +139,18 @@ impl Solver {
     pub(crate) fn solve(&self, first: i32, bottom: i32) -> Rows {
         match self {
             Self::Small(small) => small.solve(first),
+            Self::Compact(compact) => compact.solve(first),
             Self::Large(large) => large.solve(first, bottom),
         }
     }
+}
+
+/// Whether no number of a triangle's edges at its samples exceeds 2²⁹.
+#[inline(always)]
+fn is_small(setup: &Setup) -> bool {
+    let [a, b, c] = setup.corners();
+    let extent = |a: i32, b: i32, c: i32| a.max(b).max(c) - a.min(b).min(c);
+    extent(a.x(), b.x(), c.x()) <= SMALL && extent(a.y(), b.y(), c.y()) <= SMALL
 }
 
 /// At which end of a row 1/w is smaller. From there it grows along the row, so that no rounding error can exceed it.
@@ -145,8 +158,9 @@ impl Solver {
 pub(crate) fn anchors_at_end(setup: &Setup) -> bool {
     let corners = setup.corners();
     let edges = setup.edges();
-    let slope = |i: usize| edges[i].slope()[0] as f32 * corners[i].inv_w();
-    slope(0) + slope(1) + slope(2) < 0.0
+    let [p, q, r] = each(edges, |edge| edge.slope()[0] as f32);
+    let [u, v, w] = each(corners, ProjectedVertex::inv_w);
+    p * u + q * v + r * w < 0.0
 }
 
 /// Edges of a triangle of at most [`SMALL`] subpixels, relative to the top left pixel of its bounds.
@@ -169,13 +183,6 @@ pub(crate) struct Small {
 }
 
 impl Small {
-    #[inline(always)]
-    fn fits(setup: &Setup) -> bool {
-        let [a, b, c] = setup.corners();
-        let extent = |a: i32, b: i32, c: i32| a.max(b).max(c) - a.min(b).min(c);
-        extent(a.x(), b.x(), c.x()) <= SMALL && extent(a.y(), b.y(), c.y()) <= SMALL
-    }
-
     #[inline(always)]
     fn new(setup: &Setup) -> Self {
         let bounds = setup.bounds();
@@ -256,6 +263,84 @@ impl Small {
                 rows.edges[i][lane] = (self.a[i] * anchor + at_zero[i][lane]) * 256.0 + self.rest[i];
             }
         }
+        rows
+    }
+}
+
+/// Edges of a triangle of at most [`SMALL`] subpixels, relative to the top left pixel of its bounds, all in `i32`: for
+/// targets without several `f32` at a time. |E| ≤ 2²⁹.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Compact {
+    x: i32,
+    y: i32,
+    edges: [CompactEdge; 3],
+    anchors_at_end: bool,
+}
+
+/// Change of an edge function by a pixel right and down, its value at the first sample, and its bias.
+#[derive(Clone, Copy, Debug)]
+struct CompactEdge {
+    step_x: i32,
+    step_y: i32,
+    first: i32,
+    bias: i32,
+}
+
+impl CompactEdge {
+    #[inline(always)]
+    fn new(p: [i32; 2], q: [i32; 2]) -> Self {
+        let (a, b) = (p[1] - q[1], q[0] - p[0]);
+        let is_top_left = (a > 0) | ((a == 0) & (b > 0));
+        Self {
+            step_x: a << 8,
+            step_y: b << 8,
+            first: -(a * p[0] + b * p[1]),
+            bias: if is_top_left { 0 } else { -1 },
+        }
+    }
+
+    /// The first column at which the edge has changed its mind about a row, on which it starts with `at_zero`.
+    #[inline(always)]
+    fn crossing(self, at_zero: i32) -> i32 {
+        let e = at_zero + self.bias;
+        // The smallest x with e + x·step ≥ 0 is −⌊e / step⌋; with a falling edge, that with e − x·|step| < 0 is
+        // ⌊e / |step|⌋ + 1. A level edge is never asked.
+        let floor = e.checked_div_euclid(self.step_x.abs()).unwrap_or_default();
+        if self.step_x > 0 { -floor } else { floor + 1 }
+    }
+}
+
+impl Compact {
+    #[inline(always)]
+    fn new(setup: &Setup) -> Self {
+        let bounds = setup.bounds();
+        let (x, y) = (bounds.x, bounds.y);
+        let [p, q, r] = each(setup.corners(), |v| [v.x() - (x << 8) - 128, v.y() - (y << 8) - 128]);
+        let edges = [CompactEdge::new(q, r), CompactEdge::new(r, p), CompactEdge::new(p, q)];
+        Self { x, y, edges, anchors_at_end: anchors_at_end(setup) }
+    }
+
+    /// The row at `y`; others stay empty.
+    #[inline(always)]
+    fn solve(&self, y: i32) -> Rows {
+        let row = y - self.y;
+        let [other, left, right] = self.edges;
+        let [e0, e1, e2] = each(self.edges, |edge| edge.first + edge.step_y * row);
+        // The sides are known, as in `Small`.
+        let mut start = left.crossing(e1);
+        let mut end = if right.step_x < 0 { right.crossing(e2) } else { i32::MAX };
+        if other.step_x > 0 {
+            start = start.max(other.crossing(e0));
+        } else if other.step_x < 0 {
+            end = end.min(other.crossing(e0));
+        }
+        let anchor = if self.anchors_at_end { end.wrapping_sub(1) } else { start };
+        let at = |e: i32, edge: CompactEdge| e.wrapping_add(edge.step_x.wrapping_mul(anchor)) as f32;
+        let mut rows = Rows::EMPTY;
+        rows.start[0] = self.x + start;
+        rows.end[0] = self.x.wrapping_add(end);
+        rows.anchor[0] = self.x.wrapping_add(anchor);
+        (rows.edges[0][0], rows.edges[1][0], rows.edges[2][0]) = (at(e0, other), at(e1, left), at(e2, right));
         rows
     }
 }
@@ -457,6 +542,22 @@ mod tests {
                 let mut spans = Vec::new();
                 setup.for_each_span(area, |span| spans.push((span.y(), span.start(), span.end())));
                 assert_eq!(spans, spans_by_definition(&setup, area), "{setup:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn compact_and_large_rows_are_the_same() {
+        for (size, step) in [(3, 1), (20, 1), (62, 1), (62, 128)] {
+            for setup in triangles(size, step, 1000) {
+                let (compact, large, bounds) = (Compact::new(&setup), Large::new(&setup), setup.bounds());
+                for y in bounds.y..bounds.bottom() {
+                    let row = |r: &Rows| {
+                        let edges = r.edges.map(|e| e[0].to_bits());
+                        (r.start[0] < r.end[0]).then_some((r.start[0], r.end[0], r.anchor[0], edges))
+                    };
+                    assert_eq!(row(&compact.solve(y)), row(&large.solve(y, y + 1)), "{setup:?} row {y}");
+                }
             }
         }
     }
