@@ -16,6 +16,8 @@
 /// | `u32` | 0 ..= 2³² − 1 | 2⁻³² | round(d · (2³² − 1)), exactly rounded |
 /// | `()` | none | | no depth buffer: every fragment passes |
 ///
+/// A lookup in a shadow map compares `from_depth` of the receiver's depth with the stored value.
+///
 /// On a processor without double-precision floats, `u16` and `f32` are the fast ones: the other two convert in `f64`.
 ///
 /// # Examples
@@ -258,8 +260,9 @@ impl DepthTest for DepthState {
 ///   bias = constant · r + slope · m      r = the depth format's resolution at the triangle's largest depth
 ///                                        m = max(|∂z/∂x|, |∂z/∂y|), per pixel
 /// ```
-/// then limited to `clamp`: at most it when positive, at least it when negative, not at all when zero. Depths stay
-/// inside the viewport's depth range.
+/// then limited to `clamp`: at most it when positive, at least it when negative, not at all when zero. A positive bias
+/// moves away from the viewer (towards depth 1), as a shadow map wants with [`Less`]; with reverse Z a negative one does.
+/// Depths stay inside the viewport's depth range.
 ///
 /// # Examples
 /// ```
@@ -274,7 +277,7 @@ pub struct DepthBias {
     pub constant: f32,
     /// In units of the triangle's steepest depth slope.
     pub slope: f32,
-    /// The largest bias, or the smallest when negative. Zero: no limit.
+    /// The largest bias, or the smallest when negative, as a depth. Zero: no limit.
     pub clamp: f32,
 }
 

@@ -158,7 +158,7 @@ impl<'a, V: Varyings> Shading<'a, V> {
 /// A covered sample that passed the depth test: what the fragment closure gets.
 ///
 /// Everything is computed when it is asked for. Numbers are the same bits however the frame is cut into tiles, and on
-/// every target.
+/// every target. A function that takes one is written `fn shade(fragment: Fragment<'_, MyVaryings>) -> Color`.
 ///
 /// # Examples
 /// ```
@@ -213,7 +213,8 @@ impl<V: Varyings> Fragment<'_, V> {
         self.triangle.is_front_facing
     }
 
-    /// The number of its triangle in the draw, counted from 0. Triangles that were culled or skipped count too.
+    /// The number of its triangle in the draw, counted from 0 (modulo 2³²). Triangles that were culled or skipped count
+    /// too. A mesh that is drawn in several draws starts at 0 in each: add what came before.
     #[inline(always)]
     #[must_use]
     pub fn primitive_index(&self) -> u32 {
@@ -242,7 +243,7 @@ impl<V: Varyings> Fragment<'_, V> {
 
     /// Perspective-correct weights α, β, γ of the triangle's three vertices, in the caller's order.
     ///
-    /// α = (α'/w_a) / (α'/w_a + β'/w_b + γ'/w_c). They sum to 1 and lie in 0 ..= 1, both to within 2⁻²⁰, for any
+    /// `α = (α'/w_a) / (α'/w_a + β'/w_b + γ'/w_c)`. They sum to 1 and lie in 0 ..= 1, both to within 2⁻²⁰, for any
     /// triangle and any w. Of a clipped triangle they are those of the whole.
     #[inline(always)]
     #[must_use]

@@ -1,4 +1,59 @@
-//! An exact, fast triangle rasterizer without memory of its own.
+//! A triangle rasterizer that other programs build on: exact, fast, and without memory of its own.
+//!
+//! `halfplane` turns triangles in clip space into fragments: clipping, viewport, snapping, setup, traversal, depth test,
+//! perspective-correct weights. You bring the memory (the framebuffer, any pixel format) and the shading (a closure).
+//! Nothing allocates, nothing is global, nothing is `unsafe`; it is `no_std` everywhere and needs glam alone.
+//!
+#![doc = "```"]
+#![doc = include_str!("../examples/hello_triangle.rs")]
+#![doc = "```"]
+//!
+//! # The way of a triangle
+//!
+//! ```text
+//!  primitive assembly ─► clip ─► project ─► setup ─► traverse ─► depth ─► weights ─► your closure ─► your memory
+//!  Primitives           DepthClip  Projected   Setup    Span       DepthTest  Fragment                  Framebuffer
+//!  Attributes           ClipDepth  Viewport             Coverage   DepthBias  Varyings                  Surface
+//! ```
+//!
+//! [`Rasterizer`] is the hub: its fields are the pipeline state, [`Rasterizer::draw`] the way through. Each station is
+//! usable alone: a renderer that bins triangles itself takes [`Setup`] and its spans without `Rasterizer`.
+//!
+//! * Vertices come from anything that answers "what is the value at vertex `i`?": see [`Attributes`]. A vertex shader is
+//!   [`Computed`]. [`Rasterizer::project`] projects each vertex of an indexed mesh once.
+//! * What is interpolated is [`Varyings`]: numbers, vectors, arrays, tuples, your structs ([`varyings!`]); [`Flat`] and
+//!   [`NoPerspective`] qualify them.
+//! * The picture goes to a [`Framebuffer`]: [`Surface`] over your slices, or your own memory in three lines.
+//!
+//! # Conventions
+//!
+//! | | |
+//! | --- | --- |
+//! | clip space | x right, y up, 0 ≤ z ≤ w (Direct3D, Vulkan, WebGPU); −w ≤ z ≤ w with [`ClipDepth::NegativeOneToOne`] |
+//! | matrices | glam's `camera::rh::proj::directx`; its `vulkan` ones with a viewport of negative height; its `opengl` ones with [`ClipDepth::NegativeOneToOne`] |
+//! | framebuffer | pixel (0, 0) top left, y down; the sample of pixel (x, y) at (x + ½, y + ½) |
+//! | depth | viewport depth, 0 near to 1 far; [`Less`] and a buffer cleared to 1 by default; reverse Z with [`Greater`] and 0 |
+//! | front face | counter-clockwise as displayed |
+//! | subpixels | 1/256 pixel; vertices are rounded to the nearest, to even in ties |
+//! | fill rule | top-left (Direct3D 11.3 functional specification §3.4.2.1) |
+//! | limits | frames up to 16 384 × 16 384 pixels, coordinates within [`EXTENT`] of the origin |
+//!
+//! # What is promised
+//!
+//! 1. **Every sample once.** Triangles that share an edge cover each sample along it exactly once.
+//! 2. **The picture does not depend on how it was cut** into tiles, bands, scissors or threads: a fragment has the same
+//!    bits. Every number is a function of the triangle and of (x, y).
+//! 3. **The same bits on every target**: only IEEE `+ − × ÷` and exact conversions.
+//! 4. **Correct weights**, for any triangle: they sum to 1, and their error does not grow with the range of w or with the
+//!    thinness of the triangle (see [`Span`]).
+//! 5. **No input breaks it.** NaN, infinities, w ≤ 0, 10³⁰, zero area: skipped and counted in [`Statistics`]. No panic.
+//! 6. **No `unsafe`, no allocation, no global state.**
+//! 7. **You pay for what you use.** What a closure does not ask of a [`Fragment`] is not computed.
+//!
+//! # Clearing
+//!
+//! There is no clear: the memory is yours. Fill it before the first draw of a frame (`pixels.fill(…)`, depths with 1, or
+//! 0 for reverse Z, or the format's largest value).
 #![no_std]
 
 pub use glam;
@@ -40,3 +95,8 @@ pub use target::{Absent, Bands, EXTENT, Framebuffer, Plane, Rect, Run, Surface, 
 pub use traverse::Span;
 pub use vertex::{Attribute, Attributes, Computed};
 pub use viewport::{ClipDepth, Viewport, ViewportError};
+
+/// The README's code blocks are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

@@ -66,7 +66,7 @@ impl ProjectedVertex {
         self.z
     }
 
-    /// 1 / w_clip. Means nothing when it has to be clipped.
+    /// 1 / w. Means nothing when it has to be clipped.
     #[must_use]
     pub fn inv_w(self) -> f32 {
         self.inv_w

@@ -182,7 +182,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 
     /// Projects every vertex once, into memory of the caller's, for draws that use vertices several times.
     ///
-    /// Without it, an indexed draw projects a vertex anew unless the triangle before used it too.
+    /// Without it, an indexed draw projects a vertex anew unless the triangle before used it too: with a fine mesh and
+    /// positions that are [`Computed`](crate::Computed), that is several times the work.
     ///
     /// The result is good for any number of draws by this rasterizer, from any thread, until its viewport, clip depth or
     /// depth clip changes.
@@ -234,7 +235,10 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     /// * `varyings`: as many as there are positions, or a constant.
     ///
     /// The closure runs once for each fragment that passes the depth test, triangle by triangle, rows from the top, left
-    /// to right. Without branches and float-to-integer `as` in it, the compiler makes SIMD of it.
+    /// to right. The compiler makes SIMD of it as long as it holds no branch, no float-to-integer `as` (use
+    /// [`pack_rgba8`](crate::pack_rgba8) and its neighbours) and no call: in a `std` program, write
+    /// `v * (1.0 / v.length_squared().sqrt())` with `f32::sqrt` or enable glam's `std` feature, because glam's own
+    /// `normalize` calls `libm` without it.
     ///
     /// # Errors
     /// When an index is out of range, when there are fewer varyings than positions, or when unindexed positions have no

@@ -12,6 +12,9 @@
 //! Elsewhere, one fragment after the other is tested and shaded ([`Shader::draw_one_by_one`]): less memory, less code, and
 //! the same results.
 
+#![expect(clippy::cast_possible_truncation, reason = "offsets in a packet and lanes of a band are under 2⁹")]
+#![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
+
 use crate::depth::{DepthBias, DepthFormat, DepthTest, clamp};
 use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
@@ -400,8 +403,8 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             let [e0, e1, _] = span.edges();
             let (base, z) = (band.shading.sample(span.edges()), band.plane.at_edges(e0, e1));
             let run = self.target.run(span.start(), y, (span.end() - span.start()) as usize);
-            let mut x = span.start();
-            for (&color, &depth) in run.color.iter().zip(run.depth.iter()) {
+            let pixels = run.color.iter().zip(run.depth.iter());
+            for (x, (&color, &depth)) in (span.start()..).zip(pixels) {
                 let dx = (x - span.anchor()) as f32;
                 let z = band.plane.moved(z, dx);
                 let at = base.moved(band.step, dx);
@@ -409,7 +412,6 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                 // Always put there; counted, or overwritten by the next.
                 packet.put(filled, at, z, (x, y), (color, depth));
                 filled += usize::from(passes & (x < span.end()));
-                x += 1;
             }
         }
         filled

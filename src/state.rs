@@ -1,6 +1,6 @@
 //! Pipeline state that has no room of its own, and what a draw tells of itself.
 
-/// Whose values [`Flat`](crate::Flat) varyings take: see the table of [`Topology`].
+/// Whose values [`Flat`](crate::Flat) varyings take: see the table of [`Topology`](crate::Topology).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum ProvokingVertex {
     /// Vulkan, Direct3D, Metal, WebGPU.

@@ -101,6 +101,9 @@ pub struct Run<'a, C, D> {
 /// **Law**: for every run inside [`area`](Self::area), [`run`](Self::run) lends slices that are exactly `len` long, the
 /// same memory for the same pixel. (Shorter slices are drawn as far as they go; nothing panics.)
 ///
+/// Pixels of 1, 2 or 4 bytes shade fastest. A SIMD type such as glam's `Vec4` as colour or as varying keeps the compiler
+/// from putting several pixels into one register.
+///
 /// [`Surface`] is the ready-made one. An implementation of one's own needs no more than this:
 ///
 /// # Examples
@@ -315,7 +318,8 @@ impl<'a, C: Copy, D: DepthFormat> Surface<&'a mut [C], &'a mut [D]> {
 }
 
 impl<'a, C: Copy> Surface<&'a mut [C], Absent> {
-    /// Colour without a depth buffer: every fragment passes.
+    /// Colour without a depth buffer: every fragment passes. (For a part of a picture, or padded rows, see
+    /// [`with_planes`](Surface::with_planes) with [`Absent`] for the depth.)
     ///
     /// # Errors
     /// As [`Surface::new`].

@@ -8,6 +8,9 @@
 //! `f32`, where every number below is an integer under 2²⁴ and therefore exact ([`Small`]); elsewhere in `i32`
 //! ([`Compact`]). Larger ones are solved row by row in `i64` ([`Large`]). All find the same spans.
 
+#![expect(clippy::cast_possible_truncation, reason = "lanes are under 2⁴")]
+#![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
+
 use crate::edge::EdgeFunction;
 use crate::project::{ProjectedVertex, round};
 use crate::setup::Setup;

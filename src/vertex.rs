@@ -10,6 +10,8 @@
 ///
 /// **Law**: the same index gives the same value for the whole of a draw.
 ///
+/// A `Vec` is passed as a slice, `&vec[..]`: this crate knows no allocator.
+///
 /// # Examples
 /// ```
 /// use halfplane::{Attribute, Attributes};
@@ -19,6 +21,10 @@
 /// assert_eq!(both.fetch(1), Some(([0, 255, 0], [0.0, 0.0, 1.0])));
 /// assert_eq!(both.len(), 2, "as many as the shortest; a constant has no end");
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` does not give values by vertex index",
+    note = "pass a `Vec` as a slice: `&vec[..]`"
+)]
 pub trait Attributes {
     /// The value at a vertex.
     type Value: Copy;
@@ -214,8 +220,9 @@ impl<T: Copy, S> Attributes for Attribute<'_, T, S> {
 
 /// Attributes that a function computes: a vertex shader.
 ///
-/// As positions, it runs once for each vertex, and again for the vertices of triangles that are clipped. As varyings,
-/// it runs for the corners of each triangle that may be seen.
+/// As positions, it runs once for each vertex through [`Rasterizer::project`](crate::Rasterizer::project), and again for
+/// the vertices of triangles that are clipped; without `project`, whenever a triangle names a vertex that the triangle
+/// before did not. As varyings, it runs for the corners of each triangle that may be seen.
 ///
 /// # Examples
 /// ```
