@@ -3,7 +3,7 @@
 //! World and view space are right-handed with y up; clip space has x right, y up and z ∈ [0, 1] (glam's
 //! `directx` module), so counter-clockwise triangles are front faces.
 
-use glam::{Mat4, Vec3, camera::rh::proj::directx};
+use halfplane::glam::{Mat4, Vec3, camera::rh::proj::directx};
 
 /// Looks at `target` from `distance` away; the defaults frame the unit sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]

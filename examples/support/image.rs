@@ -1,8 +1,8 @@
 //! Colours in and PNG files out.
 //!
-//! Pixels are RGBA8 in one `u32`, red in the low byte: `0xAABBGGRR`.
+//! Pixels are what `halfplane::pack_rgba8` makes: RGBA8 in one `u32`, red in the low byte, `0xAABBGGRR`.
 
-use glam::Vec3;
+use halfplane::{glam::Vec3, pack_rgba8};
 use std::{fs, io, path::Path, path::PathBuf};
 
 /// The linear light that an sRGB value in [0, 1] stands for, within 0.0014: what shading computes with.
@@ -21,15 +21,9 @@ pub fn linear_to_srgb(linear: Vec3) -> Vec3 {
     (root2 * 1.385_216 - linear * 0.261_681 - root4 * 0.123_535).max(Vec3::ZERO)
 }
 
-/// An opaque pixel; channels are clamped to [0, 1], and NaN becomes 0.
-pub fn pack(rgb: Vec3) -> u32 {
-    // 2²³ + v has v, rounded, in its low bits; Rust's `as` saturates, which costs more than all of the rest.
-    let channel = |v: f32| {
-        let v = if v > 0.0 { v } else { 0.0 };
-        let v = if v < 1.0 { v } else { 1.0 };
-        (v * 255.0 + 8_388_608.0).to_bits() & 0xff
-    };
-    channel(rgb.x) | channel(rgb.y) << 8 | channel(rgb.z) << 16 | 0xff << 24
+/// An opaque pixel that shows linear light.
+pub fn encode(linear: Vec3) -> u32 {
+    pack_rgba8(linear_to_srgb(linear).extend(1.0))
 }
 
 /// Where an example writes: the path that is its first argument, or `target/examples-output/NAME.png`.

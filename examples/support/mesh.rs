@@ -1,7 +1,7 @@
 //! Indexed triangle meshes, and OBJ files through `tobj`.
 
 use core::error::Error;
-use glam::{Vec2, Vec3};
+use halfplane::glam::{Vec2, Vec3};
 use std::collections::{HashMap, HashSet};
 use std::{fs::File, io::BufReader, path::Path};
 

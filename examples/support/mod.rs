@@ -1,6 +1,6 @@
-//! What the examples share and the rasterizer does not need: models, a camera, a texture, a PNG writer.
+//! What the examples share and the rasterizer does not need: models, a camera, a texture, a PNG writer, some formulas.
 //!
-//! Nothing here knows the rasterizer: `glam` vectors go out, and `0xAABBGGRR` pixels come in.
+//! Nothing here draws: `glam` vectors go out, and `0xAABBGGRR` pixels come in.
 #![allow(
     dead_code,
     unreachable_pub,
@@ -10,5 +10,6 @@
 pub mod camera;
 pub mod image;
 pub mod mesh;
+pub mod shade;
 pub mod teapot;
 pub mod texture;

@@ -12,7 +12,7 @@
 //! are one half and its mirror image. The 130 numbers below expand to those patches, digit for digit.
 
 use super::mesh::Mesh;
-use glam::{Vec2, Vec3};
+use halfplane::glam::{Vec2, Vec3};
 
 /// Rings of one radius each, from the rim's inner edge over the belly to the middle of the bottom.
 ///

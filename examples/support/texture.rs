@@ -5,7 +5,10 @@
 //! wrapping is a mask.
 
 use super::image::srgb_to_linear;
-use glam::{Vec2, Vec3};
+use halfplane::{
+    floor_to_i32,
+    glam::{Vec2, Vec3},
+};
 
 /// A square texture with all its levels.
 #[derive(Clone, Debug)]
@@ -17,20 +20,6 @@ pub struct Texture {
 struct Level {
     size: u32,
     texels: Vec<Vec3>,
-}
-
-/// 1.5 · 2²³: added to a float of magnitude below 2²², it leaves the nearest integer in the sum's low bits,
-/// in two's complement. The language's `as` saturates instead, which takes several times as long and wraps
-/// nothing.
-const ROUND: f32 = 12_582_912.0;
-
-/// The integer below `x`, modulo the power of two above `mask`, and the distance to it in [0, 1].
-///
-/// At an integer either neighbour may come back, with a distance of 0 or 1: interpolation gives the same for
-/// both. Nonsense in, from NaN or 10³⁰, gives nonsense below the mask, and so no bad index.
-fn floor_and_fraction(x: f32, mask: u32) -> (u32, f32) {
-    let rounded = (x - 0.5) + ROUND;
-    (rounded.to_bits() & mask, x - (rounded - ROUND))
 }
 
 impl Texture {
@@ -46,7 +35,7 @@ impl Texture {
         while let Some(level) = levels.last().filter(|level| level.size > 1) {
             let half = level.size / 2;
             let mean = |i: u32| {
-                let (x, y) = (i % half * 2, i / half * 2);
+                let (x, y) = ((i % half * 2) as i32, (i / half * 2) as i32);
                 let pairs = level.texel(x, y)
                     + level.texel(x + 1, y)
                     + (level.texel(x, y + 1) + level.texel(x + 1, y + 1));
@@ -86,8 +75,8 @@ impl Texture {
     /// The nearest texel of level 0: sharp near by, and noise from afar.
     pub fn nearest(&self, uv: Vec2) -> Vec3 {
         let level = &self.levels[0];
-        let uv = uv * level.size as f32 - 0.5;
-        level.wrapped((uv.x + ROUND).to_bits(), (uv.y + ROUND).to_bits())
+        let uv = uv * level.size as f32;
+        level.texel(floor_to_i32(uv.x), floor_to_i32(uv.y))
     }
 
     /// Between the four nearest texels of level 0: smooth near by, and still noise from afar.
@@ -102,32 +91,28 @@ impl Texture {
         let last = (self.levels.len() - 1) as f32;
         let lod = if lod > 0.0 { lod } else { 0.0 };
         let lod = if lod < last { lod } else { last };
-        let (level, fraction) = floor_and_fraction(lod, 0xff);
-        let level = level as usize;
+        let level = floor_to_i32(lod);
         // Below the last level there is none, and a fraction of 0.
-        let fine = &self.levels[level.min(self.levels.len() - 1)];
-        let coarse = &self.levels[(level + 1).min(self.levels.len() - 1)];
-        fine.bilinear(uv).lerp(coarse.bilinear(uv), fraction)
+        let [fine, coarse] =
+            [level, level + 1].map(|i| &self.levels[(i as usize).min(self.levels.len() - 1)]);
+        fine.bilinear(uv).lerp(coarse.bilinear(uv), lod - level as f32)
     }
 }
 
 impl Level {
-    fn texel(&self, x: u32, y: u32) -> Vec3 {
-        self.texels[(y * self.size + x) as usize]
-    }
-
-    fn wrapped(&self, x: u32, y: u32) -> Vec3 {
-        self.texel(x & (self.size - 1), y & (self.size - 1))
+    /// The texel at any column and row: the texture repeats.
+    fn texel(&self, x: i32, y: i32) -> Vec3 {
+        let wrap = |i: i32| i as u32 & (self.size - 1);
+        self.texels[(wrap(y) * self.size + wrap(x)) as usize]
     }
 
     fn bilinear(&self, uv: Vec2) -> Vec3 {
         // Texel centres lie on halves, as pixel centres do.
         let uv = uv * self.size as f32 - 0.5;
-        let (x, right) = floor_and_fraction(uv.x, self.size - 1);
-        let (y, down) = floor_and_fraction(uv.y, self.size - 1);
-        let above = self.texel(x, y).lerp(self.wrapped(x + 1, y), right);
-        let below = self.wrapped(x, y + 1).lerp(self.wrapped(x + 1, y + 1), right);
-        above.lerp(below, down)
+        let (x, y) = (floor_to_i32(uv.x), floor_to_i32(uv.y));
+        let (right, down) = (uv.x - x as f32, uv.y - y as f32);
+        let row = |y| self.texel(x, y).lerp(self.texel(x.wrapping_add(1), y), right);
+        row(y).lerp(row(y.wrapping_add(1)), down)
     }
 }
 
