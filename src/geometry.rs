@@ -92,13 +92,14 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         facing: Facing,
         area: Rect,
     ) -> Self {
+        let primitive = triangles.first() as u32;
         Self {
             triangles,
             positions,
             projector,
             facing,
             area: [area.x, area.y, area.right(), area.bottom()],
-            primitive: 0,
+            primitive,
             batch: [(Triangle::default(), 0); BATCH],
             next: 0,
             len: 0,
@@ -217,13 +218,12 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             return None;
         }
         let positions = self.projector.triangle_to_clip([a, b, c]);
-        let polygon = self.projector.volume.clip(positions, union);
-        if polygon.corners().is_empty() {
+        let mut fan = Fan::new(triangle.vertices, positions, union, self.projector);
+        if fan.polygon.corners().is_empty() {
             self.statistics.outside += 1;
             return None;
         }
         self.statistics.clipped += 1;
-        let mut fan = Fan::new(triangle.vertices, polygon, self.projector, positions);
         if fan.area2 == 0 || self.facing.culls(fan.area2) {
             let is_degenerate = fan.area2 == 0;
             let count =
@@ -253,12 +253,13 @@ fn may_cover_tiny([a, b, c]: [ProjectedVertex; 3], area2: i64) -> bool {
 /// What clipping leaves of a triangle, as a fan of triangles.
 #[derive(Debug)]
 pub(crate) struct Fan {
+    /// The caller's vertices, their positions with depth in 0 ≤ z ≤ w, and which planes they lie outside of.
+    vertices: [usize; 3],
+    positions: [Vec4; 3],
+    outcodes: u8,
     polygon: Polygon,
     projector: Projector,
-    vertices: [usize; 3],
-    identity: Identity,
-    /// The w of the caller's vertices.
-    w: [f32; 3],
+    pub(crate) identity: Identity,
     /// Twice the signed area of all of it.
     area2: i64,
     /// The next piece.
@@ -266,16 +267,31 @@ pub(crate) struct Fan {
 }
 
 impl Fan {
-    fn new(vertices: [usize; 3], polygon: Polygon, projector: Projector, positions: [Vec4; 3]) -> Self {
+    pub(crate) fn new(
+        vertices: [usize; 3],
+        positions: [Vec4; 3],
+        outcodes: u8,
+        projector: Projector,
+    ) -> Self {
+        let polygon = projector.volume.clip(positions, outcodes);
         let identity = Identity { provoking: 0, is_front_facing: false, primitive: 0 };
-        let w = each(positions, |position| position.w);
-        let mut fan = Self { polygon, projector, vertices, identity, w, area2: 0, next: 1 };
+        let mut fan = Self { vertices, positions, outcodes, polygon, projector, identity, area2: 0, next: 1 };
         let mut piece = 1;
         while let Some([a, b, c]) = fan.piece(piece) {
             fan.area2 += signed_area2(a, b, c);
             piece += 1;
         }
         fan
+    }
+
+    /// What it was made of: positions, and which planes they lie outside of.
+    pub(crate) fn origin(&self) -> ([Vec4; 3], u8) {
+        (self.positions, self.outcodes)
+    }
+
+    /// The w of the caller's vertices.
+    fn w(&self) -> [f32; 3] {
+        each(self.positions, |position| position.w)
     }
 
     fn corners(&self, piece: usize) -> Option<[&Corner; 3]> {
@@ -288,7 +304,7 @@ impl Fan {
     }
 
     #[inline(never)]
-    fn next(&mut self) -> Option<Piece> {
+    pub(crate) fn next(&mut self) -> Option<Piece> {
         loop {
             let in_fan = self.next;
             let corners = self.piece(in_fan)?;
@@ -310,10 +326,10 @@ impl Fan {
 
     /// How a piece's corners came about.
     pub(crate) fn pedigree(&self, piece: usize) -> Option<Pedigree> {
-        let corners = self.corners(piece)?;
+        let (corners, w) = (self.corners(piece)?, self.w());
         Some(Pedigree {
             weights: each(corners, |corner| corner.weights),
-            barycentrics: each(corners, |corner| corner.barycentrics(self.w)),
+            barycentrics: each(corners, |corner| corner.barycentrics(w)),
         })
     }
 
@@ -321,7 +337,8 @@ impl Fan {
     pub(crate) fn varyings<V: Varyings>(&self, piece: usize, values: [V; 3]) -> [V; 3] {
         let Some(corners) = self.corners(piece) else { return values };
         each(corners, |corner| {
-            let weights = Weights::new(corner.weights, corner.barycentrics(self.w), self.identity.provoking);
+            let weights =
+                Weights::new(corner.weights, corner.barycentrics(self.w()), self.identity.provoking);
             V::interpolate(&values, &weights)
         })
     }

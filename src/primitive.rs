@@ -79,13 +79,16 @@ pub struct Primitives<'a, I = u32> {
     pub(crate) topology: Topology,
     pub(crate) indices: Option<&'a [I]>,
     pub(crate) restart: bool,
+    /// Which of the triangles: `first .. end`.
+    first: usize,
+    end: usize,
 }
 
 impl Primitives<'static> {
     /// Unindexed triangles of any topology, for a choice made at run time.
     #[must_use]
     pub const fn new(topology: Topology) -> Self {
-        Self { topology, indices: None, restart: false }
+        Self { topology, indices: None, restart: false, first: 0, end: usize::MAX }
     }
 
     /// Every three vertices make a triangle.
@@ -111,7 +114,8 @@ impl<I> Primitives<'_, I> {
     /// Takes the vertices in the order of these indices.
     #[must_use]
     pub const fn indexed<J: Index>(self, indices: &[J]) -> Primitives<'_, J> {
-        Primitives { topology: self.topology, indices: Some(indices), restart: self.restart }
+        let Self { topology, restart, first, end, .. } = self;
+        Primitives { topology, indices: Some(indices), restart, first, end }
     }
 
     /// Lets the index with all bits set end a strip or fan (or an unfinished triangle of a list) and start another.
@@ -121,12 +125,81 @@ impl<I> Primitives<'_, I> {
         self.restart = true;
         self
     }
+
+    /// Only triangles `first .. end` of these, to be drawn or prepared by one thread of several.
+    ///
+    /// Numbers and everything else that a triangle knows stay those of the whole; parts one after the other draw what
+    /// the whole draws. A range that reaches past the last triangle ends there. Of a part, it takes what lies in both.
+    ///
+    /// Where a part starts is computed; with [restarts](Self::with_restart) it is counted from the first index.
+    ///
+    /// ```
+    /// # use glam::Vec4;
+    /// # use halfplane::{Primitives, Rasterizer, Surface, Viewport};
+    /// # let positions = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)].map(|(x, y)| Vec4::new(x, y, 0.5, 1.0));
+    /// let mut numbers = [0; 64 * 64];
+    /// let mut target = Surface::color_only(&mut numbers, 64, 64)?;
+    /// let rasterizer = Rasterizer::<()>::new(Viewport::of_size(64, 64)?);
+    /// let second = Primitives::strip().part(1, 2);
+    /// let drawn = rasterizer.draw(&mut target, second, &positions, (), |fragment| fragment.primitive_index())?;
+    /// assert_eq!(drawn.primitives, 1);
+    /// assert!(numbers[64 * 64 - 1] == 1); // of the frame's two halves, the right one
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub const fn part(mut self, first: usize, end: usize) -> Self {
+        self.first = if first > self.first { first } else { self.first };
+        self.end = if end < self.end { end } else { self.end };
+        self
+    }
 }
 
 impl<I: Index> Primitives<'_, I> {
+    /// How many triangles `vertices` vertices make; with indices, how many those make.
+    ///
+    /// ```
+    /// # use halfplane::Primitives;
+    /// assert_eq!(Primitives::list().triangle_count(7), 2);
+    /// assert_eq!(Primitives::strip().indexed(&[0u8, 1, 2, 1]).triangle_count(3), 2);
+    /// assert_eq!(Primitives::fan().part(1, 9).triangle_count(5), 2);
+    /// ```
+    #[must_use]
+    pub fn triangle_count(&self, vertices: usize) -> usize {
+        if self.restarts() {
+            return self.triangles(vertices).count();
+        }
+        let len = self.indices.map_or(vertices, <[I]>::len);
+        let all = if self.topology == Topology::List { len / 3 } else { len.saturating_sub(2) };
+        all.min(self.end).saturating_sub(self.first)
+    }
+
+    fn restarts(&self) -> bool {
+        self.restart && self.indices.is_some()
+    }
+
+    /// Where the vertices of these triangles stand in the sequence of `len`: from one position to before another, and for
+    /// a fan at its start as well.
+    fn used(&self, len: usize) -> (usize, usize) {
+        let (start, end) = match self.topology {
+            _ if self.restarts() => (0, len),
+            Topology::List => (self.first.saturating_mul(3), self.end.saturating_mul(3)),
+            Topology::Strip => (self.first, self.end.saturating_add(2)),
+            Topology::Fan => (self.first.saturating_add(1), self.end.saturating_add(2)),
+        };
+        if self.first < self.end { (start.min(len), end.min(len)) } else { (0, 0) }
+    }
+
     /// The first position at which an index is out of range for `vertices` vertices, and that index.
     pub(crate) fn first_out_of_range(&self, vertices: usize) -> Option<(usize, usize)> {
-        let indices = self.indices?;
+        let all = self.indices?;
+        let (start, end) = self.used(all.len());
+        if self.topology == Topology::Fan && !self.restart && start > 0 && start.saturating_add(1) < end {
+            let hub = all.first()?.to_usize();
+            if hub >= vertices {
+                return Some((0, hub));
+            }
+        }
+        let indices = all.get(start..end)?;
         let is_restart = |index: &I| self.restart && *index == I::RESTART;
         // The largest first: a reduction without exits is a few instructions for many indices.
         let largest = if self.restart {
@@ -139,16 +212,25 @@ impl<I: Index> Primitives<'_, I> {
         }
         let is_wrong = |index: &I| !is_restart(index) && index.to_usize() >= vertices;
         let at = indices.iter().position(is_wrong)?;
-        Some((at, indices.get(at)?.to_usize()))
+        Some((start + at, indices.get(at)?.to_usize()))
     }
 }
 
 impl<'a, I: Index> Primitives<'a, I> {
     /// The triangles that `vertices` vertices make, in order.
     #[inline(always)]
-    pub(crate) fn triangles(self, vertices: usize) -> Triangles<'a, I> {
+    pub(crate) fn triangles(mut self, vertices: usize) -> Triangles<'a, I> {
+        self.restart = self.restarts();
         let len = self.indices.map_or(vertices, <[I]>::len);
-        Triangles { primitives: self, next: 0, len, held: [0; 2], count: 0 }
+        let (start, end) = self.used(len);
+        let left = self.end.saturating_sub(self.first);
+        let mut triangles =
+            Triangles { primitives: self, next: start, len: end, held: [0; 2], count: 0, left: usize::MAX };
+        if self.topology != Topology::List || self.restart {
+            triangles.seek(self.first);
+        }
+        triangles.left = left;
+        triangles
     }
 }
 
@@ -171,9 +253,37 @@ pub(crate) struct Triangles<'a, I> {
     /// The two vertices that the next triangle may need, and how many came since the start or the last restart.
     held: [usize; 2],
     count: usize,
+    /// How many more to make, of other than plain lists.
+    left: usize,
 }
 
 impl<I: Index> Triangles<'_, I> {
+    /// The number of the first triangle.
+    pub(crate) fn first(&self) -> usize {
+        self.primitives.first
+    }
+
+    /// Goes to triangle `first` from the start.
+    fn seek(&mut self, first: usize) {
+        if self.primitives.restart {
+            // Only counting tells.
+            for _ in 0..first {
+                if self.next().is_none() {
+                    return;
+                }
+            }
+        } else {
+            // As if the vertices before had been read.
+            let hub = if self.primitives.topology == Topology::Fan { 0 } else { first };
+            self.next = hub;
+            let Some(a) = self.vertex().flatten() else { return };
+            self.next = first.saturating_add(1);
+            let Some(b) = self.vertex().flatten() else { return };
+            self.held = [a, b];
+            self.count = first.saturating_add(2);
+        }
+    }
+
     /// The next vertex of the sequence: `Some(None)` for a restart.
     #[inline(always)]
     fn vertex(&mut self) -> Option<Option<usize>> {
@@ -209,6 +319,9 @@ impl<I: Index> Iterator for Triangles<'_, I> {
             };
             return Some(Triangle { vertices, last_provoking: 2 });
         }
+        if self.left == 0 {
+            return None;
+        }
         loop {
             let Some(vertex) = self.vertex()? else {
                 self.count = 0;
@@ -231,6 +344,7 @@ impl<I: Index> Iterator for Triangles<'_, I> {
                         Topology::Fan => ([b, vertex, a], 1, [a, vertex]),
                     };
                     self.held = held;
+                    self.left = self.left.saturating_sub(1);
                     return Some(Triangle { vertices, last_provoking });
                 }
             }
@@ -282,6 +396,50 @@ mod tests {
         assert_eq!(triangles(fan, 9), [([1, 2, 0], 1, 2), ([2, 3, 0], 2, 3), ([7, 8, 6], 7, 8)], "fan");
         let list = Primitives::list().indexed(&[0u16, 1, u16::MAX, 2, 3, 4, 5]).with_restart();
         assert_eq!(triangles(list, 6), [([2, 3, 4], 2, 4)], "list");
+    }
+
+    #[test]
+    fn parts_one_after_the_other_are_the_whole() {
+        fn check<I: Index>(primitives: Primitives<'_, I>, vertices: usize) {
+            let whole = triangles(primitives, vertices);
+            assert_eq!(primitives.triangle_count(vertices), whole.len(), "{primitives:?} of {vertices}");
+            for size in 1..=whole.len() + 1 {
+                let mut parts = Vec::new();
+                for first in (0..whole.len() + 2).step_by(size) {
+                    let part = primitives.part(first, first + size);
+                    let count = parts.len();
+                    parts.extend(triangles(part, vertices));
+                    assert_eq!(part.triangle_count(vertices), parts.len() - count, "{part:?} of {vertices}");
+                    assert_eq!(part.triangles(vertices).first(), first, "the number of its first triangle");
+                }
+                assert_eq!(parts, whole, "{primitives:?} of {vertices} in parts of {size}");
+            }
+        }
+        let indices = [0u8, 1, 2, 3, 255, 4, 5, 255, 6, 7, 8, 6, 7, 2, 255, 9];
+        for primitives in [Primitives::list(), Primitives::strip(), Primitives::fan()] {
+            for count in 0..9 {
+                check(primitives, count);
+                check(primitives.with_restart(), count);
+                check(primitives.indexed(&[5u16, 4, 9, 2, 7, 8, 9, 2, 3][..count]), 10);
+            }
+            check(primitives.indexed(&indices).with_restart(), 10);
+        }
+        let part = Primitives::list().part(2, 8).part(1, 5);
+        assert_eq!(triangles(part, 100), triangles(Primitives::list().part(2, 5), 100), "a part of a part");
+        let none = Primitives::strip().part(5, 2);
+        assert_eq!((triangles(none, 100).len(), none.triangle_count(100)), (0, 0), "an empty range");
+        let last = Primitives::fan().part(usize::MAX - 1, usize::MAX);
+        assert_eq!((triangles(last, 100).len(), last.triangle_count(100)), (0, 0), "past the end");
+    }
+
+    #[test]
+    fn a_part_looks_at_its_own_indices_only() {
+        let list = Primitives::list().indexed(&[9u8, 0, 1, 0, 1, 2, 0, 9, 2]);
+        assert_eq!(list.part(1, 2).first_out_of_range(3), None, "all in range");
+        assert_eq!(list.part(1, 3).first_out_of_range(3), Some((7, 9)), "positions are those of the whole");
+        let fan = Primitives::fan().indexed(&[9u8, 0, 1, 0, 1, 2]);
+        assert_eq!(fan.part(2, 3).first_out_of_range(3), Some((0, 9)), "a fan's hub is in every part");
+        assert_eq!(fan.part(4, 9).first_out_of_range(3), None, "no triangle, no hub");
     }
 
     #[test]

@@ -72,6 +72,17 @@ impl ProjectedVertex {
         self.inv_w
     }
 
+    /// Its bits, for records that hold either this or something else of 16 bytes.
+    #[inline(always)]
+    pub(crate) fn to_words(self) -> [u32; 4] {
+        [self.x as u32, self.y as u32, self.z.to_bits(), self.inv_w.to_bits()]
+    }
+
+    #[inline(always)]
+    pub(crate) fn from_words([x, y, z, inv_w]: [u32; 4]) -> Self {
+        Self { x: x as i32, y: y as i32, z: f32::from_bits(z), inv_w: f32::from_bits(inv_w) }
+    }
+
     #[inline(always)]
     pub(crate) fn is_outside(self) -> bool {
         self.x == OUTSIDE

@@ -7,8 +7,8 @@ use glam::Vec4;
 
 use crate::clip::DepthClip;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
-use crate::fragment::{Fragment, Shading};
-use crate::geometry::{Facing, Geometry};
+use crate::fragment::{Fragment, Identity, Pedigree, Shading};
+use crate::geometry::{Facing, Fan, Geometry};
 use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
@@ -42,6 +42,8 @@ pub enum DrawError {
     },
     /// Unindexed primitives of positions without an end, as those of a constant.
     Endless,
+    /// The memory for prepared triangles has no room for any.
+    NoRecords,
     /// The memory for projected vertices is too short.
     TooFewProjected {
         /// How many positions there are.
@@ -64,6 +66,7 @@ impl fmt::Display for DrawError {
                 write!(f, "{positions} positions need as many varyings, not {varyings}")
             }
             Self::Endless => write!(f, "unindexed primitives need a number of positions, not a constant one"),
+            Self::NoRecords => write!(f, "0 records of memory cannot hold any triangle"),
             Self::TooFewProjected { positions, room } => {
                 write!(f, "{positions} positions need room for as many projected vertices, not {room}")
             }
@@ -176,7 +179,12 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 
     /// The pixels that a draw may touch: viewport ∩ scissor ∩ the framebuffer's area.
     pub fn render_area(&self, target: &impl Framebuffer) -> Rect {
-        let area = self.viewport.pixels().intersection(target.area());
+        self.render_area_in(target.area())
+    }
+
+    /// The pixels of `area` that a draw may touch.
+    pub(crate) fn render_area_in(&self, area: Rect) -> Rect {
+        let area = self.viewport.pixels().intersection(area);
         self.scissor.map_or(area, |scissor| area.intersection(scissor))
     }
 
@@ -224,7 +232,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         Ok(Projected { vertices, positions })
     }
 
-    fn projector(&self) -> Projector {
+    pub(crate) fn projector(&self) -> Projector {
         Projector::new(&self.viewport, self.clip_depth, self.depth_clip)
     }
 
@@ -311,18 +319,51 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let count = vertex_count(&primitives, &positions, &varyings)?;
+        let area = self.render_area(target);
+        let mut direct =
+            Direct { geometry: self.geometry(primitives, positions, &varyings, area)?, varyings, fan: None };
+        let mut statistics = self.draw_triangles(target, &mut direct, shade);
+        statistics += direct.geometry.statistics;
+        Ok(statistics)
+    }
+
+    /// The geometry half of a draw, if nothing is wrong with what it is given.
+    #[inline(always)]
+    pub(crate) fn geometry<'a, I: Index, P: Positions>(
+        &self,
+        primitives: Primitives<'a, I>,
+        positions: P,
+        varyings: &impl Attributes,
+        area: Rect,
+    ) -> Result<Geometry<'a, I, P>, DrawError> {
+        let count = vertex_count(&primitives, &positions, varyings)?;
+        let Self { cull_mode, front_face, provoking_vertex, .. } = *self;
+        let facing = Facing { cull_mode, front_face, provoking_vertex };
+        Ok(Geometry::new(primitives.triangles(count), positions, self.projector(), facing, area))
+    }
+
+    /// The fragment half of a draw.
+    #[inline(always)]
+    pub(crate) fn draw_triangles<F, S, R>(
+        &self,
+        target: &mut F,
+        source: &mut impl Source<V>,
+        shade: S,
+    ) -> Statistics
+    where
+        F: Framebuffer,
+        S: FnMut(Fragment<'_, V>, F::Color) -> R,
+        R: Into<Option<F::Color>>,
+    {
         let (target_area, render_area) = (target.area(), self.render_area(target));
         let limits = self.viewport.depth_limits();
         let mut statistics = Statistics::default();
-        let triangles = primitives.triangles(count);
-        let mut geometry = Geometry::new(triangles, positions, self.projector(), self.facing(), render_area);
-        let mut fan = None;
         // A colour to fill the packet's arrays with until there are others: any.
         let mut any = || target.run(render_area.x, render_area.y, 1).color.first().copied();
         let Some(color) = (if render_area.is_empty() { None } else { any() }) else {
-            while geometry.next(&mut fan).is_some() {}
-            return Ok(geometry.statistics);
+            // Its statistics count all the same.
+            while source.next().is_some() {}
+            return statistics;
         };
         let (mut p, mut q, mut sum, mut l, mut m) =
             ([0.0; PACKET], [0.0; PACKET], [0.0; PACKET], [0.0; PACKET], [0.0; PACKET]);
@@ -342,24 +383,86 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             places: &mut [(0, 0); LIST],
         };
         let mut shader = Shader { target, target_area, render_area, test: self.depth_test, shade };
-        while let Some(piece) = geometry.next(&mut fan) {
-            let [Some(a), Some(b), Some(c)] = each(piece.vertices, |index| varyings.fetch(index)) else {
-                continue;
-            };
-            let setup = Setup::with_area2(piece.corners, piece.area2);
-            let pedigree = fan.as_ref().and_then(|fan| fan.pedigree(piece.in_fan));
-            let values = fan.as_ref().map_or([a, b, c], |fan| fan.varyings(piece.in_fan, [a, b, c]));
-            let shading = Shading::new(&setup, values, piece.identity, pedigree.as_ref());
+        while let Some(Drawable { setup, varyings, identity, pedigree }) = source.next() {
+            let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
             let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);
             shader.draw(&setup, &shading, &plane, &mut packet, &mut statistics);
         }
-        statistics += geometry.statistics;
-        Ok(statistics)
+        statistics
     }
+}
 
-    fn facing(&self) -> Facing {
-        let Self { cull_mode, front_face, provoking_vertex, .. } = *self;
-        Facing { cull_mode, front_face, provoking_vertex }
+/// A triangle, or a piece of one, ready to be traversed and shaded.
+#[derive(Debug)]
+pub(crate) struct Drawable<V> {
+    pub(crate) setup: Setup,
+    /// At the vertices given to setup.
+    pub(crate) varyings: [V; 3],
+    pub(crate) identity: Identity,
+    pub(crate) pedigree: Option<Pedigree>,
+}
+
+/// Where the fragment half of a draw gets triangles from.
+pub(crate) trait Source<V> {
+    /// The next one that may be seen.
+    fn next(&mut self) -> Option<Drawable<V>>;
+}
+
+/// Vertices, drawn at once.
+struct Direct<'a, I, P, A> {
+    geometry: Geometry<'a, I, P>,
+    varyings: A,
+    fan: Option<Fan>,
+}
+
+impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> for Direct<'_, I, P, A> {
+    #[inline(always)]
+    fn next(&mut self) -> Option<Drawable<A::Value>> {
+        loop {
+            let piece = self.geometry.next(&mut self.fan)?;
+            let [Some(a), Some(b), Some(c)] = each(piece.vertices, |index| self.varyings.fetch(index)) else {
+                continue;
+            };
+            let setup = Setup::with_area2(piece.corners, piece.area2);
+            let fan = self.fan.as_ref();
+            return Some(Drawable {
+                setup,
+                varyings: fan.map_or([a, b, c], |fan| fan.varyings(piece.in_fan, [a, b, c])),
+                identity: piece.identity,
+                pedigree: fan.and_then(|fan| fan.pedigree(piece.in_fan)),
+            });
+        }
+    }
+}
+
+impl<'a, A: Attributes<Value = Vec4>> Projected<'a, A> {
+    /// Vertices that were [projected](crate::Rasterizer::project) in parts, by several threads, each into its part of
+    /// the memory.
+    ///
+    /// # Errors
+    /// When there are fewer vertices than positions.
+    ///
+    /// # Examples
+    /// ```
+    /// # use glam::Vec4;
+    /// # use halfplane::{Projected, ProjectedVertex, Rasterizer, Viewport};
+    /// let rasterizer = Rasterizer::<()>::new(Viewport::of_size(64, 64)?);
+    /// let positions = [Vec4::W; 100];
+    /// let mut room = [ProjectedVertex::default(); 100];
+    /// std::thread::scope(|scope| {
+    ///     for (positions, room) in positions.chunks(50).zip(room.chunks_mut(50)) {
+    ///         scope.spawn(move || rasterizer.project(positions, room).map(drop));
+    ///     }
+    /// });
+    /// let projected = Projected::new(&room, &positions)?;
+    /// assert_eq!(projected.vertices()[99].position_subpixel(), Some([32 * 256, 32 * 256]));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn new(vertices: &'a [ProjectedVertex], positions: A) -> Result<Self, DrawError> {
+        let count = positions.len();
+        let error = DrawError::TooFewProjected { positions: count, room: vertices.len() };
+        let vertices = vertices.get(..count).ok_or(error)?;
+        Ok(Self { vertices, positions })
     }
 }
 

@@ -105,6 +105,21 @@ impl Setup {
         Self { corners, order, is_counter_clockwise, area2: area2.abs() }
     }
 
+    /// The setup whose [`corners`](Self::corners) these are, and the first of them vertex `first`.
+    #[inline(always)]
+    pub(crate) fn of_corners(corners: [ProjectedVertex; 3], first: u8, is_counter_clockwise: bool) -> Self {
+        let [a, b, c] = corners;
+        let order = match (first, is_counter_clockwise) {
+            (0, false) => [0, 1, 2],
+            (1, false) => [1, 2, 0],
+            (_, false) => [2, 0, 1],
+            (0, true) => [0, 2, 1],
+            (1, true) => [1, 0, 2],
+            (_, true) => [2, 1, 0],
+        };
+        Self { corners, order, is_counter_clockwise, area2: signed_area2(a, b, c) }
+    }
+
     /// Its vertices in canonical order: clockwise as displayed, the topmost first.
     #[inline(always)]
     #[must_use]
@@ -214,6 +229,9 @@ mod tests {
                     flips,
                     "{points:?}"
                 );
+                let again =
+                    Setup::of_corners(setup.corners(), setup.order()[0], setup.is_counter_clockwise());
+                assert_eq!((again.order(), again.area2()), (setup.order(), setup.area2()), "from corners");
                 let named = setup.order().map(|i| permuted[usize::from(i)]);
                 assert_eq!(named, setup.corners(), "order names the caller's vertices");
             }

@@ -81,6 +81,17 @@ impl Rect {
             self.bottom().min(other.bottom()),
         )
     }
+
+    /// The smallest rectangle that holds both, of which none is empty.
+    #[must_use]
+    pub(crate) fn union(self, other: Self) -> Self {
+        Self::from_edges(
+            self.x.min(other.x),
+            self.y.min(other.y),
+            self.right().max(other.right()),
+            self.bottom().max(other.bottom()),
+        )
+    }
 }
 
 /// Every pixel that can be drawn to: see [`EXTENT`].
