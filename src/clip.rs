@@ -29,8 +29,11 @@ const W_MIN: f32 = f32::from_bits((127 - 64) << 23);
 /// The largest magnitude of any coordinate: 2¹⁰⁰, about 1.27 · 10³⁰. Then distances to planes stay finite.
 const COORDINATE_MAX: f32 = f32::from_bits((127 + 100) << 23);
 
-/// How far from the origin, in pixels, a vertex may lie. 2²² subpixels still snap exactly.
+/// How far from the origin, in pixels, a vertex may lie at the most. 2²² subpixels still snap exactly.
 pub(crate) const GUARD_BAND: f32 = EXTENT as f32;
+
+/// How far it may lie unless the viewport reaches farther: below 2¹⁴ pixels an `f32` is twice as fine as at them.
+const USUAL_GUARD_BAND: f32 = (EXTENT - 1) as f32;
 
 /// A triangle cut by seven planes has at most ten corners.
 const MAX_CORNERS: usize = 10;
@@ -45,6 +48,7 @@ pub(crate) const INVALID: u8 = 1 << PLANES;
 pub(crate) struct ClipVolume {
     transform: ViewportTransform,
     clips_depth: bool,
+    guard_band: f32,
 }
 
 /// A corner of what clipping leaves.
@@ -57,7 +61,8 @@ pub(crate) struct Corner {
 
 impl ClipVolume {
     pub(crate) fn new(viewport: &Viewport, depth_clip: DepthClip) -> Self {
-        Self { transform: viewport.transform(), clips_depth: depth_clip == DepthClip::Clip }
+        let guard_band = if viewport.reach() > USUAL_GUARD_BAND { GUARD_BAND } else { USUAL_GUARD_BAND };
+        Self { transform: viewport.transform(), clips_depth: depth_clip == DepthClip::Clip, guard_band }
     }
 
     /// Whether a position is kept, given its framebuffer coordinates. False whenever anything is NaN.
@@ -67,8 +72,8 @@ impl ClipVolume {
         let (near, far) = if self.clips_depth { (0.0, w) } else { (-COORDINATE_MAX, COORDINATE_MAX) };
         let is_in = |x: f32, low: f32, high: f32| (low <= x) & (x <= high);
         is_in(w, W_MIN, COORDINATE_MAX)
-            & is_in(x, -GUARD_BAND, GUARD_BAND)
-            & is_in(y, -GUARD_BAND, GUARD_BAND)
+            & is_in(x, -self.guard_band, self.guard_band)
+            & is_in(y, -self.guard_band, self.guard_band)
             & is_in(z, near, far)
     }
 
@@ -85,7 +90,7 @@ impl ClipVolume {
         let ViewportTransform { scale, offset } = self.transform;
         let x = p.x * scale[0] + p.w * offset[0]; // framebuffer coordinate times w
         let y = p.y * scale[1] + p.w * offset[1];
-        let side = p.w * GUARD_BAND;
+        let side = p.w * self.guard_band;
         match plane {
             0 => p.w - W_MIN,
             1 if self.clips_depth => p.z,
@@ -102,13 +107,7 @@ impl ClipVolume {
     pub(crate) fn clip(&self, triangle: [Vec4; 3], outcodes: u8) -> Polygon {
         let mut polygon = Polygon::of_triangle(triangle);
         for plane in (0..PLANES).filter(|plane| outcodes >> plane & 1 == 1) {
-            polygon.cut(|corner| self.distance(plane, corner.position));
-            if plane == 0 {
-                // On that plane w is far smaller than the rounding errors of its cuts, which may even bring zero.
-                for corner in &mut polygon.corners {
-                    corner.position.w = if corner.position.w > W_MIN { corner.position.w } else { W_MIN };
-                }
-            }
+            polygon.cut(|corner| self.distance(plane, corner.position), plane == 0);
         }
         polygon
     }
@@ -137,7 +136,7 @@ impl Polygon {
     /// Keeps the part where `distance` is not negative.
     ///
     /// The corners outside follow one another, because the polygon is convex; two cuts take their place.
-    fn cut(&mut self, distance: impl Fn(&Corner) -> f32) {
+    fn cut(&mut self, distance: impl Fn(&Corner) -> f32, is_eye_plane: bool) {
         let is_inside = |corner: &Corner| distance(corner) >= 0.0;
         let corners = self.corners.get_mut(..self.len).unwrap_or_default();
         let inside = corners.iter().filter(|corner| is_inside(corner)).count();
@@ -162,13 +161,16 @@ impl Polygon {
         corners.reverse();
         let kept = corners.iter().take_while(|corner| is_inside(corner)).count();
         let between = |inside: usize, outside: usize| {
-            Some(Corner::between(corners.get(inside)?, corners.get(outside)?, &distance))
+            let (a, b) = (corners.get(inside)?, corners.get(outside)?);
+            let cut = Corner::between(a, b, &distance);
+            if is_eye_plane { cut.on_eye_plane(a, b) } else { Some(cut) }
         };
-        let cuts = (between(kept - 1, kept), between(0, corners.len() - 1));
-        if let (Some(leaving), Some(entering)) = cuts {
-            if let Some([a, b]) = self.corners.get_mut(kept..kept + 2) {
-                (*a, *b) = (leaving, entering);
-                self.len = kept + 2;
+        let cuts = [between(kept - 1, kept), between(0, corners.len() - 1)];
+        self.len = kept;
+        for cut in cuts.into_iter().flatten() {
+            if let Some(corner) = self.corners.get_mut(self.len) {
+                *corner = cut;
+                self.len += 1;
             }
         }
     }
@@ -188,6 +190,15 @@ impl Corner {
             position: a.position * ka + b.position * kb,
             weights: [p * ka + s * kb, q * ka + t * kb, r * ka + u * kb],
         }
+    }
+
+    /// A cut at w ≈ 0, where w is far smaller than the rounding error of the cut: that may bring a w of zero or below. And
+    /// of an edge that runs through the eye nothing but rounding is left, which would point anywhere: no corner then.
+    fn on_eye_plane(mut self, a: &Self, b: &Self) -> Option<Self> {
+        let size = |p: Vec4| if p.x.abs() > p.y.abs() { p.x.abs() } else { p.y.abs() };
+        let rounding = (size(a.position) + size(b.position)) * f32::EPSILON;
+        self.position.w = if self.position.w > W_MIN { self.position.w } else { W_MIN };
+        (size(self.position) > rounding).then_some(self)
     }
 
     /// Its screen-linear weights over vertices whose w are these.

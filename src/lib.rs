@@ -82,7 +82,10 @@ mod convert;
 
 pub use bins::{BinError, Binned, Bins};
 pub use clip::DepthClip;
-pub use convert::{floor_to_i32, pack_bgra8, pack_rgb565, pack_rgba8, unpack_rgba8, wrap};
+pub use convert::{
+    floor_to_i32, linear_to_srgb8, pack_bgra8, pack_rgb565, pack_rgba8, pack_srgba8, srgb8_to_linear,
+    unpack_rgba8, unpack_srgba8, wrap,
+};
 pub use depth::{
     Always, CompareOp, Depth24, DepthBias, DepthFormat, DepthState, DepthTest, Equal, Greater,
     GreaterOrEqual, Less, LessOrEqual, Never, NotEqual, ReadOnly,

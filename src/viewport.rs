@@ -141,6 +141,12 @@ impl Viewport {
         if a < b { (a, b) } else { (b, a) }
     }
 
+    /// The largest coordinate of its sides, in magnitude.
+    pub(crate) fn reach(&self) -> f32 {
+        let sides = [self.x, self.y, self.x + self.width, self.y + self.height];
+        sides.into_iter().fold(0.0, |reach, side| if side.abs() > reach { side.abs() } else { reach })
+    }
+
     /// The pixels whose samples lie inside.
     pub(crate) fn pixels(&self) -> Rect {
         let (top, bottom) =
