@@ -12,6 +12,7 @@
 //! Elsewhere, one fragment after the other is tested and shaded ([`Shader::draw_one_by_one`]): less memory, less code, and
 //! the same results.
 
+use core::hint::black_box;
 use core::ops::Range;
 
 use crate::depth::{DepthBias, DepthFormat, DepthTest, clamp};
@@ -313,6 +314,7 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                         band.solve(solver, (top, bottom), self.render_area);
                         top += LANES as i32;
                         at = Progress::default();
+                        self.touch(&band);
                         continue;
                     }
                 }
@@ -402,6 +404,24 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             let run = self.target.run(x, y, 1);
             if let (Some(to_color), Some(to_depth)) = (run.color.first_mut(), run.depth.first_mut()) {
                 (*to_color, *to_depth) = (color, depth);
+            }
+        }
+    }
+
+    /// Reads a pixel of each cache line of a band's narrow rows, all at once: where the framebuffer is larger than the
+    /// cache, what is not there comes while the rest is asked for, and not a row after the other.
+    #[inline(always)]
+    fn touch<V: Varyings>(&mut self, band: &Band<'_, V>) {
+        for lane in 0..band.count {
+            let len = band.len(lane);
+            if len > NARROW {
+                return;
+            }
+            let run = self.target.run(band.rows.start[lane], band.y + lane as i32, len);
+            let mut i = 0;
+            while let (Some(&color), Some(&depth)) = (run.color.get(i), run.depth.get(i)) {
+                black_box((color, depth));
+                i += 16;
             }
         }
     }
