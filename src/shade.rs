@@ -15,6 +15,9 @@
 #![expect(clippy::cast_possible_truncation, reason = "offsets in a packet and lanes of a band are under 2⁹")]
 #![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
 
+use core::hint::black_box;
+use core::ops::Range;
+
 use crate::depth::{DepthBias, DepthFormat, DepthTest, clamp};
 use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
@@ -94,23 +97,11 @@ pub(crate) struct Packet<'a, C, D> {
 /// Fragments in a packet of a tiny triangle, and room for one that fails.
 pub(crate) const LIST: usize = if HAS_FLOAT_LANES { (Tiny::SIZE * Tiny::SIZE) as usize + 1 } else { 1 };
 
-/// Fragments in a packet of eight windows, and room for the last one to overhang.
-pub(crate) const WINDOWS: usize = if HAS_FLOAT_LANES { (LANES + 1) * LANES } else { 1 };
+/// Pixels in a packet of several rows.
+pub(crate) const WINDOWS: usize = if HAS_FLOAT_LANES { PACKET } else { 1 };
 
-/// 1 in the first n of eight lanes, for n = 0 ..= 8.
-const MASKS: [[i32; LANES]; LANES + 1] = {
-    let mut masks = [[0; LANES]; LANES + 1];
-    let mut n = 0;
-    while n <= LANES {
-        let mut i = 0;
-        while i < n {
-            masks[n][i] = 1;
-            i += 1;
-        }
-        n += 1;
-    }
-    masks
-};
+/// Rows up to this width share packets.
+const NARROW: usize = 64;
 
 impl<C, D> Packet<'_, C, D> {
     /// Sets one fragment, its pixel and where that is.
@@ -140,11 +131,12 @@ impl<C, D> Packet<'_, C, D> {
         ) else {
             return;
         };
+        let dx = dx as f32;
         for i in 0..len {
-            let offset = i as i32;
-            let at = base.moved(step, dx.wrapping_add(offset) as f32);
+            // Two whole numbers under 2²⁴: as exact as the sum of integers, and less work.
+            let at = base.moved(step, dx + i as i32 as f32);
             (p[i], q[i], sum[i], l[i], m[i]) = (at.p, at.q, at.sum, at.l, at.m);
-            (xs[i], ys[i]) = (x.wrapping_add(offset), y);
+            (xs[i], ys[i]) = (x.wrapping_add(i as i32), y);
         }
     }
 }
@@ -309,16 +301,13 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             }
         }
         let solver = if is_tiny { None } else { Some(Solver::new(setup)) };
-        // A window starts inside the triangle and must not reach over the framebuffer's right border.
-        let fits_windows =
-            bounds.width <= LANES as u32 && bounds.right() + LANES as i32 <= self.target_area.right();
-        let (mut windows, mut stretch) = (None, Stretch::default());
+        let mut at = Progress::default();
         loop {
             // What to shade: fragments `begin .. end` of the packet.
             let (begin, end) = if listed > 0 {
                 (0, listed)
             } else {
-                match self.next_stretch(&band, &mut stretch, packet) {
+                match self.next_fragments(&band, &mut at, packet) {
                     Some(range) => range,
                     None => {
                         let Some(solver) = &solver else { return };
@@ -327,22 +316,16 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                         }
                         band.solve(solver, (top, bottom), self.render_area);
                         top += LANES as i32;
-                        stretch = Stretch { x: band.rows.start[0], ..Stretch::default() };
-                        windows = if fits_windows { self.fill_windows(&band, packet) } else { None };
-                        match windows {
-                            None => continue,
-                            Some(ends) => {
-                                stretch.lane = band.count;
-                                (0, ends[LANES - 1])
-                            }
-                        }
+                        at = Progress::default();
+                        self.touch(&band);
+                        continue;
                     }
                 }
             };
             let len = end - begin;
             // Where it goes: into the framebuffer, or into the packet's own pixels.
-            let (colors, depths) = if listed == 0 && windows.is_none() {
-                let run = self.target.run(stretch.x + begin as i32, band.y + stretch.lane as i32, len);
+            let (colors, depths) = if listed == 0 && at.gathered.is_empty() {
+                let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, len);
                 (run.color, run.depth)
             } else {
                 (&mut packet.colors[..], &mut packet.depths[..])
@@ -378,9 +361,7 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             if listed > 0 {
                 return self.write_list(listed, packet);
             }
-            if let Some(ends) = windows.take() {
-                self.write_windows(&band, &ends, packet);
-            }
+            self.write_rows(&band, &mut at, packet);
         }
     }
 
@@ -429,134 +410,70 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         }
     }
 
-    /// Fills a packet with all rows of a band, if each of them passes the depth test wholly or not at all. Gives where in
-    /// the packet each row ends.
+    /// Reads a pixel of each cache line of a band's narrow rows, all at once: where the framebuffer is larger than the
+    /// cache, what is not there comes while the rest is asked for, and not a row after the other.
     #[inline(always)]
-    fn fill_windows<V: Varyings>(
-        &mut self,
-        band: &Band<'_, V>,
-        packet: &mut Packet<'_, F::Color, F::Depth>,
-    ) -> Option<[usize; LANES]> {
-        let (mut ends, mut filled) = ([0; LANES], 0);
+    fn touch<V: Varyings>(&mut self, band: &Band<'_, V>) {
         for lane in 0..band.count {
             let len = band.len(lane);
-            if len > 0 {
-                let (x, y) = (band.rows.start[lane], band.y + lane as i32);
-                let dx = x - band.rows.anchor[lane];
-                let run = self.target.run(x, y, LANES);
-                let (old_colors, old_depths) =
-                    (run.color.first_chunk::<LANES>()?, run.depth.first_chunk::<LANES>()?);
-                let window = filled..filled + LANES;
-                let z = packet.z.get_mut(window.clone())?.first_chunk_mut::<LANES>()?;
-                let mask = MASKS.get(len)?;
-                let mut passing = 0;
-                for i in 0..LANES {
-                    z[i] = band.plane.moved(band.z[lane], (dx + i as i32) as f32);
-                    let passes =
-                        !F::Depth::IS_STORED || self.test.passes(F::Depth::from_depth(z[i]), old_depths[i]);
-                    passing += i32::from(passes) & mask[i];
-                }
-                if passing as usize == len {
-                    *packet.colors.get_mut(window.clone())?.first_chunk_mut()? = *old_colors;
-                    *packet.depths.get_mut(window)?.first_chunk_mut()? = *old_depths;
-                    packet.set(filled, LANES, (band.base(lane), band.step), dx, (x, y));
-                    filled += len;
-                } else if passing != 0 {
-                    return None;
-                }
+            if len > NARROW {
+                return;
             }
-            ends[lane] = filled;
-        }
-        for lane in band.count..LANES {
-            ends[lane] = filled;
-        }
-        Some(ends)
-    }
-
-    /// Writes the pixels of a packet of windows.
-    #[inline(always)]
-    fn write_windows<V: Varyings>(
-        &mut self,
-        band: &Band<'_, V>,
-        ends: &[usize; LANES],
-        packet: &Packet<'_, F::Color, F::Depth>,
-    ) {
-        let mut start = 0;
-        for lane in 0..band.count {
-            let len = ends[lane] - start;
-            if len > 0 {
-                let run = self.target.run(band.rows.start[lane], band.y + lane as i32, LANES);
-                let window = start..start + LANES;
-                let (Some(colors), Some(depths)) =
-                    (packet.colors.get(window.clone()), packet.depths.get(window))
-                else {
-                    return;
-                };
-                let (Some(colors), Some(depths)) =
-                    (colors.first_chunk::<LANES>(), depths.first_chunk::<LANES>())
-                else {
-                    return;
-                };
-                let (Some(to_colors), Some(to_depths)) =
-                    (run.color.first_chunk_mut::<LANES>(), run.depth.first_chunk_mut::<LANES>())
-                else {
-                    return;
-                };
-                let Some(mask) = MASKS.get(len) else { return };
-                for i in 0..LANES {
-                    to_colors[i] = if mask[i] != 0 { colors[i] } else { to_colors[i] };
-                    to_depths[i] = if mask[i] != 0 { depths[i] } else { to_depths[i] };
-                }
+            let run = self.target.run(band.rows.start[lane], band.y + lane as i32, len);
+            let mut i = 0;
+            while let (Some(&color), Some(&depth)) = (run.color.get(i), run.depth.get(i)) {
+                black_box((color, depth));
+                i += 16;
             }
-            start = ends[lane];
         }
     }
 
-    /// Finds the next fragments to shade, neighbours on a row that all pass the depth test, and fills the packet with the
-    /// stretch of the row that they belong to.
+    /// Finds the next fragments to shade and fills the packet with them. Gives where in the packet they stand.
     #[inline(always)]
-    fn next_stretch<V: Varyings>(
+    fn next_fragments<V: Varyings>(
         &mut self,
         band: &Band<'_, V>,
-        stretch: &mut Stretch,
+        at: &mut Progress,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> Option<(usize, usize)> {
         loop {
-            if stretch.end < stretch.len {
+            if at.end < at.len {
                 // The next that pass, of a stretch in which some do.
-                let run = self.target.run(stretch.x, band.y + stretch.lane as i32, stretch.len);
-                let (z, old) = (packet.z.get(..stretch.len)?, run.depth.get(..stretch.len)?);
+                let run = self.target.run(at.x, band.y + at.lane as i32, at.len);
+                let (z, old) = (packet.z.get(..at.len)?, run.depth.get(..at.len)?);
                 let passes = |i: usize| self.test.passes(F::Depth::from_depth(z[i]), old[i]);
-                let begin = (stretch.end..stretch.len).find(|&i| passes(i));
+                let begin = (at.end..at.len).find(|&i| passes(i));
                 let Some(begin) = begin else {
-                    stretch.end = stretch.len;
+                    at.end = at.len;
                     continue;
                 };
-                stretch.end = (begin..stretch.len).find(|&i| !passes(i)).unwrap_or(stretch.len);
-                return Some((begin, stretch.end));
+                at.end = (begin..at.len).find(|&i| !passes(i)).unwrap_or(at.len);
+                return Some((begin, at.end));
             }
-            // The next stretch.
-            stretch.x += stretch.len as i32;
-            stretch.len = 0;
-            stretch.end = 0;
-            loop {
-                if stretch.lane >= band.count {
+            let is_between_rows = at.len == 0 || at.x + at.len as i32 >= *band.rows.end.get(at.lane)?;
+            if is_between_rows {
+                at.lane += usize::from(at.len > 0);
+                at.len = 0;
+                at.end = 0;
+                let filled = self.gather_rows(band, at, packet);
+                if filled > 0 {
+                    return Some((0, filled));
+                }
+                if at.lane >= band.count {
                     return None;
                 }
-                if stretch.x < *band.rows.end.get(stretch.lane)? {
-                    break;
-                }
-                stretch.lane += 1;
-                stretch.x = band.rows.start.get(stretch.lane).copied().unwrap_or_default();
             }
-            let lane = stretch.lane;
-            let len = PACKET.min((band.rows.end[lane] - stretch.x) as usize);
-            let (x, y) = (stretch.x, band.y + lane as i32);
+            // The next stretch.
+            at.x = if is_between_rows { *band.rows.start.get(at.lane)? } else { at.x + at.len as i32 };
+            at.end = 0;
+            let lane = at.lane;
+            let len = PACKET.min((band.rows.end[lane] - at.x) as usize);
+            let (x, y) = (at.x, band.y + lane as i32);
             let dx = x - band.rows.anchor[lane];
             let run = self.target.run(x, y, len);
             // A framebuffer that lends less than it was asked for gets no more than that.
             let lent = len.min(run.color.len()).min(run.depth.len());
-            stretch.len = len;
+            at.len = len;
             let len = lent;
             let (z, old) = (packet.z.get_mut(..len)?, run.depth.get(..len)?);
             let mut passing = 0u32;
@@ -566,26 +483,158 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                     u32::from(!F::Depth::IS_STORED || self.test.passes(F::Depth::from_depth(z[i]), old[i]));
             }
             if passing == 0 {
-                stretch.end = len;
+                at.end = at.len;
                 continue;
             }
             packet.set(0, len, (band.base(lane), band.step), dx, (x, y));
             if passing as usize == len {
-                stretch.end = len;
+                at.end = at.len;
                 return Some((0, len));
             }
         }
     }
+
+    /// Fills a packet with whole rows, from `at.lane` on, up to the first that does not suit: one that is wide, that fails
+    /// the depth test in part, that no longer fits, or that has no room for windows. Gives how many fragments.
+    #[inline(always)]
+    fn gather_rows<V: Varyings>(
+        &mut self,
+        band: &Band<'_, V>,
+        at: &mut Progress,
+        packet: &mut Packet<'_, F::Color, F::Depth>,
+    ) -> usize {
+        let (first, mut filled) = (at.lane, 0);
+        while at.lane < band.count.min(LANES) {
+            let lane = at.lane;
+            let len = band.len(lane);
+            if len > 0 {
+                let (x, y) = (band.rows.start[lane], band.y + lane as i32);
+                // The row in windows of eight pixels. The last one reaches over its end.
+                let room = len.next_multiple_of(LANES);
+                if len > NARROW || filled + room > PACKET || x + room as i32 > self.target_area.right() {
+                    break;
+                }
+                let dx = x - band.rows.anchor[lane];
+                let run = self.target.run(x, y, room);
+                let (Some(old_colors), Some(old_depths), Some(z)) = (
+                    run.color.get(..room),
+                    run.depth.get(..room),
+                    packet.z.get_mut(filled..filled + room),
+                ) else {
+                    break;
+                };
+                let mut passing = [0; LANES];
+                let mut start = 0;
+                while start < len {
+                    let window = start..start + LANES;
+                    let (Some(z), Some(old)) = (z.get_mut(window.clone()), old_depths.get(window)) else {
+                        break;
+                    };
+                    let (left, dx) = ((len - start) as i32, (dx + start as i32) as f32);
+                    for i in 0..LANES {
+                        z[i] = band.plane.moved(band.z[lane], dx + i as f32);
+                        let passes =
+                            !F::Depth::IS_STORED || self.test.passes(F::Depth::from_depth(z[i]), old[i]);
+                        passing[i] += i32::from(passes & ((i as i32) < left));
+                    }
+                    start += LANES;
+                }
+                let passing = passing.iter().sum::<i32>() as usize;
+                if passing == len {
+                    let base = (band.base(lane), band.step);
+                    let mut start = 0;
+                    while start < len {
+                        let offset = start as i32;
+                        copy_window(packet.colors, filled + start, old_colors, start);
+                        copy_window(packet.depths, filled + start, old_depths, start);
+                        packet.set(filled + start, LANES, base, dx + offset, (x + offset, y));
+                        start += LANES;
+                    }
+                    filled += len;
+                } else if passing != 0 {
+                    break;
+                }
+            }
+            at.ends[lane] = filled;
+            at.lane += 1;
+        }
+        at.gathered = if filled > 0 { first..at.lane } else { 0..0 };
+        filled
+    }
+
+    /// Writes the pixels of gathered rows.
+    #[inline(always)]
+    fn write_rows<V: Varyings>(
+        &mut self,
+        band: &Band<'_, V>,
+        at: &mut Progress,
+        packet: &Packet<'_, F::Color, F::Depth>,
+    ) {
+        let mut begin = 0;
+        for lane in core::mem::take(&mut at.gathered) {
+            let (Some(&end), Some(&x)) = (at.ends.get(lane), band.rows.start.get(lane)) else { return };
+            let len = end - begin;
+            if len > 0 {
+                let room = len.next_multiple_of(LANES);
+                let run = self.target.run(x, band.y + lane as i32, room);
+                let (Some(colors), Some(depths)) =
+                    (packet.colors.get(begin..begin + room), packet.depths.get(begin..begin + room))
+                else {
+                    return;
+                };
+                let mut start = 0;
+                while start < len {
+                    let window = start..start + LANES;
+                    let (Some(colors), Some(depths), Some(to_colors), Some(to_depths)) = (
+                        colors.get(window.clone()),
+                        depths.get(window.clone()),
+                        run.color.get_mut(window.clone()),
+                        run.depth.get_mut(window),
+                    ) else {
+                        return;
+                    };
+                    write_window(to_colors, colors, len - start);
+                    write_window(to_depths, depths, len - start);
+                    start += LANES;
+                }
+            }
+            begin = end;
+        }
+    }
 }
 
-/// A stretch of a row that a packet holds.
-#[derive(Clone, Copy, Debug, Default)]
-struct Stretch {
-    /// Which row of the band.
+/// Copies eight pixels.
+#[inline(always)]
+fn copy_window<T: Copy>(to: &mut [T], at: usize, from: &[T], start: usize) {
+    if let (Some(to), Some(from)) = (to.get_mut(at..at + LANES), from.get(start..start + LANES)) {
+        to.copy_from_slice(from);
+    }
+}
+
+/// Writes the first `len` of eight pixels.
+///
+/// Selected in a local array: where the choice is between storing and not, the compiler branches, once a pixel.
+#[inline(always)]
+fn write_window<T: Copy>(to: &mut [T], from: &[T], len: usize) {
+    if let (Some(to), Some(from)) = (to.first_chunk_mut::<LANES>(), from.first_chunk::<LANES>()) {
+        let (mut pixels, new) = (*to, *from);
+        for i in 0..LANES {
+            pixels[i] = if (i as i32) < len as i32 { new[i] } else { pixels[i] };
+        }
+        *to = pixels;
+    }
+}
+
+/// How far the shading of a band has come.
+#[derive(Clone, Debug, Default)]
+struct Progress {
+    /// The row.
     lane: usize,
-    /// Its first column and its length.
+    /// The stretch of it that the packet holds: its first column and its length, and how much of it is done.
     x: i32,
     len: usize,
-    /// How much of it is done.
     end: usize,
+    /// The rows that the packet holds instead, and where each ends.
+    gathered: Range<usize>,
+    ends: [usize; LANES],
 }
