@@ -33,6 +33,15 @@ pub struct ProjectedVertex {
 const OUTSIDE: i32 = i32::MIN;
 
 impl ProjectedVertex {
+    /// What to fill memory with before there is anything else. Its value does not matter.
+    ///
+    /// ```
+    /// use halfplane::ProjectedVertex;
+    /// static ROOM: [ProjectedVertex; 64] = [ProjectedVertex::BLANK; 64];
+    /// # assert_eq!(ROOM[0], ProjectedVertex::default());
+    /// ```
+    pub const BLANK: Self = Self { x: 0, y: 0, z: 0.0, inv_w: 0.0 };
+
     /// A vertex at (x, y) in subpixels, with depth and 1/w, for those who project themselves.
     ///
     /// `None` when a coordinate lies outside of −16384 ..= 16384 pixels, `depth` is no number or `inv_w` is not a
