@@ -13,7 +13,7 @@ use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
 use crate::setup::Setup;
-use crate::shade::{DepthPlane, LIST, PACKET, Packet, Shader, WINDOWS};
+use crate::shade::{DepthPass, DepthPlane, LIST, PACKET, Packet, Shader, WINDOWS};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Framebuffer, Rect};
 use crate::triple::each;
@@ -350,6 +350,53 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             shader.draw(&setup, &shading, &plane, &mut packet, &mut statistics);
         }
         statistics += geometry.statistics;
+        Ok(statistics)
+    }
+
+    /// Draws depth alone, as for a shadow map, an occlusion query or a first pass before the shaded one: nothing is
+    /// interpolated, no closure is called, and colours stay as they are.
+    ///
+    /// The depths are those of [`draw`](Self::draw), at a fraction of the time where triangles are small.
+    ///
+    /// # Errors
+    /// When an index is out of range, or when unindexed positions have no end. Nothing is drawn then.
+    ///
+    /// # Examples
+    /// ```
+    /// # use glam::Vec4;
+    /// # use halfplane::{Primitives, Rasterizer, Surface, Viewport};
+    /// # let positions = [Vec4::new(-1.0, -1.0, 0.5, 1.0), Vec4::new(1.0, -1.0, 0.5, 1.0), Vec4::new(0.0, 1.0, 0.5, 1.0)];
+    /// let mut shadow_map = [u16::MAX; 64 * 64];
+    /// let mut target = Surface::depth_only(&mut shadow_map, 64, 64)?;
+    /// let rasterizer = Rasterizer::<()>::new(Viewport::of_size(64, 64)?);
+    /// let statistics = rasterizer.draw_depth(&mut target, Primitives::list(), &positions)?;
+    /// assert_eq!(statistics.samples_passed, 64 * 64 / 2);
+    /// assert_eq!(shadow_map.iter().filter(|&&depth| depth == 32_768).count(), 64 * 64 / 2);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[inline(always)]
+    pub fn draw_depth<F: Framebuffer, I: Index, P: Positions>(
+        &self,
+        target: &mut F,
+        primitives: Primitives<'_, I>,
+        positions: P,
+    ) -> Result<Statistics, DrawError> {
+        let count = vertex_count(&primitives, &positions, &())?;
+        let (target_area, render_area) = (target.area(), self.render_area(target));
+        let limits = self.viewport.depth_limits();
+        let triangles = primitives.triangles(count);
+        let mut geometry = Geometry::new(triangles, positions, self.projector(), self.facing(), render_area);
+        let mut fan = None;
+        let mut pass = DepthPass { target, target_area, render_area, test: self.depth_test };
+        let mut passed = 0;
+        while let Some(piece) = geometry.next(&mut fan) {
+            let setup = Setup::with_area2(piece.corners, piece.area2);
+            let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);
+            passed += pass.draw(&setup, &plane);
+        }
+        let mut statistics = geometry.statistics;
+        statistics.fragments += passed;
+        statistics.samples_passed += passed;
         Ok(statistics)
     }
 
