@@ -89,7 +89,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
         let (area, bounds, solver) = (self.render_area, setup.bounds(), Solver::new(setup));
         let (left, right) = (area.x, area.right());
         let (mut top, bottom) = (area.y.max(bounds.y), area.bottom().min(bounds.bottom()));
-        let mut passed = [0; LANES];
+        let (mut passed, mut passed_alone) = ([0; LANES], [0]);
         while top < bottom {
             let rows = solver.solve(top, bottom);
             let mut z = [0.0; LANES];
@@ -110,15 +110,14 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
                     } else {
                         let run = self.target.run(x, y, 1);
                         let Some(depth) = run.depth.first_mut() else { break };
-                        let [first, ..] = &mut passed;
-                        test_window(self.test, core::array::from_mut(depth), 1, plane, z, core::array::from_mut(first));
+                        test_window(self.test, core::array::from_mut(depth), 1, plane, z, &mut passed_alone);
                         x += 1;
                     }
                 }
             }
             top += LANES as i32;
         }
-        passed.iter().map(|&lane| u64::from(lane)).sum()
+        passed.iter().chain(&passed_alone).map(|&lane| u64::from(lane)).sum()
     }
 }
 
@@ -133,12 +132,20 @@ fn test_window<D: DepthFormat, const N: usize>(
     (z, dx): (f32, f32),
     passed: &mut [u32; N],
 ) {
-    let mut new = *depths;
+    // One step at a time for all lanes: each loop becomes one operation or two.
+    let (old, mut new, mut passes) = (*depths, *depths, [0; N]);
     for i in 0..N {
-        let depth = D::from_depth(plane.moved(z, dx + i as f32));
-        let passes = (!D::IS_STORED || test.passes(depth, new[i])) & ((i as i32) < len);
-        passed[i] += u32::from(passes);
-        new[i] = if passes & test.writes() { depth } else { new[i] };
+        new[i] = D::from_depth(plane.moved(z, dx + i as f32));
+    }
+    for i in 0..N {
+        let is_first = (i as i32) < len;
+        passes[i] = u32::from(is_first & (!D::IS_STORED || test.passes(new[i], old[i])));
+    }
+    for i in 0..N {
+        passed[i] += passes[i];
+    }
+    for i in 0..N {
+        new[i] = if (passes[i] != 0) & test.writes() { new[i] } else { old[i] };
     }
     *depths = new;
 }
