@@ -16,6 +16,7 @@ use crate::setup::Setup;
 use crate::shade::{DepthPass, DepthPlane, LIST, PACKET, Packet, Shader, WINDOWS};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Framebuffer, Rect};
+use crate::traverse::{HAS_FLOAT_LANES, LANES};
 use crate::triple::each;
 use crate::vertex::Attributes;
 use crate::viewport::{ClipDepth, Viewport};
@@ -215,7 +216,18 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let error = DrawError::TooFewProjected { positions: count, room: room.len() };
         let vertices = room.get_mut(..count).ok_or(error)?;
         let projector = self.projector();
-        for (index, vertex) in vertices.iter_mut().enumerate() {
+        let mut index = 0;
+        if HAS_FLOAT_LANES {
+            while let Some(eight) = vertices.get_mut(index..).and_then(|rest| rest.first_chunk_mut::<LANES>()) {
+                let mut fetched = [Vec4::W; LANES];
+                for (position, index) in fetched.iter_mut().zip(index..) {
+                    *position = positions.fetch(index).unwrap_or(Vec4::W);
+                }
+                *eight = projector.project_lanes(fetched);
+                index += LANES;
+            }
+        }
+        for (vertex, index) in vertices.iter_mut().skip(index).zip(index..) {
             if let Some(position) = positions.fetch(index) {
                 *vertex = projector.project(position);
             }
