@@ -259,7 +259,7 @@ mod tests {
 
     /// The floats around each place where round(x · max) changes, and some others.
     fn around_borders(max: u32) -> impl Iterator<Item = f32> {
-        let borders = (0..=2 * max).map(move |twice| (f64::from(twice) * 0.5 / f64::from(max)) as f32);
+        let borders = (0..=2 * max).map(move |twice| nearest(f64::from(twice) * 0.5 / f64::from(max)));
         let near =
             borders.flat_map(|x| (0..9).map(move |i| f32::from_bits((x.to_bits() + i).saturating_sub(4))));
         near.chain(ODD).chain([-f32::NAN])

@@ -165,6 +165,39 @@ impl Projector {
         self.outside(position)
     }
 
+    /// Several positions at once, for the compiler to give each a SIMD lane: one loop a step, none with a branch.
+    #[inline(always)]
+    pub(crate) fn project_lanes<const N: usize>(self, positions: [Vec4; N]) -> [ProjectedVertex; N] {
+        let ViewportTransform { scale, offset } = self.transform;
+        let (mut x, mut y, mut z, mut w) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
+        for i in 0..N {
+            [x[i], y[i], z[i], w[i]] = self.clip_depth.to_zero_to_one(positions[i]).to_array();
+        }
+        // The steps of `to_framebuffer`.
+        let (mut inv_w, mut depth) = ([0.0; N], [0.0; N]);
+        for i in 0..N {
+            inv_w[i] = 1.0 / w[i];
+        }
+        for i in 0..N {
+            x[i] = (x[i] * inv_w[i]) * scale[0] + offset[0];
+            y[i] = (y[i] * inv_w[i]) * scale[1] + offset[1];
+            depth[i] = clamp(z[i] * inv_w[i], -1e12, 1e12) * scale[2] + offset[2];
+        }
+        let mut outside = 0;
+        for i in 0..N {
+            outside |= u32::from(!self.volume.contains(Vec4::new(0.0, 0.0, z[i], w[i]), x[i], y[i]));
+        }
+        if outside != 0 {
+            return positions.map(|position| self.project(position));
+        }
+        core::array::from_fn(|i| ProjectedVertex {
+            x: snap(x[i]),
+            y: snap(y[i]),
+            z: depth[i],
+            inv_w: inv_w[i],
+        })
+    }
+
     #[cold]
     #[inline(never)]
     fn outside(self, position: Vec4) -> ProjectedVertex {

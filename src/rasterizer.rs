@@ -13,9 +13,10 @@ use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
 use crate::setup::Setup;
-use crate::shade::{DepthPlane, LIST, PACKET, Packet, Shader, WINDOWS};
+use crate::shade::{DepthPass, DepthPlane, LIST, PACKET, Packet, Shader, WINDOWS};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Framebuffer, Rect};
+use crate::traverse::{HAS_FLOAT_LANES, LANES};
 use crate::triple::each;
 use crate::vertex::Attributes;
 use crate::viewport::{ClipDepth, Viewport};
@@ -224,7 +225,19 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let error = DrawError::TooFewProjected { positions: count, room: room.len() };
         let vertices = room.get_mut(..count).ok_or(error)?;
         let projector = self.projector();
-        for (index, vertex) in vertices.iter_mut().enumerate() {
+        let mut index = 0;
+        if HAS_FLOAT_LANES {
+            while let Some(eight) = vertices.get_mut(index..).and_then(|rest| rest.first_chunk_mut::<LANES>())
+            {
+                let mut fetched = [Vec4::W; LANES];
+                for (position, index) in fetched.iter_mut().zip(index..) {
+                    *position = positions.fetch(index).unwrap_or(Vec4::W);
+                }
+                *eight = projector.project_lanes(fetched);
+                index += LANES;
+            }
+        }
+        for (vertex, index) in vertices.iter_mut().skip(index).zip(index..) {
             if let Some(position) = positions.fetch(index) {
                 *vertex = projector.project(position);
             }
@@ -324,6 +337,51 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             Direct { geometry: self.geometry(primitives, positions, &varyings, area)?, varyings, fan: None };
         let mut statistics = self.draw_triangles(target, &mut direct, shade);
         statistics += direct.geometry.statistics;
+        Ok(statistics)
+    }
+
+    /// Draws depth alone, as for a shadow map, an occlusion query or a first pass before the shaded one: nothing is
+    /// interpolated, no closure is called, and colours stay as they are.
+    ///
+    /// The depths are those of [`draw`](Self::draw), at a fraction of the time where triangles are small.
+    ///
+    /// # Errors
+    /// When an index is out of range, or when unindexed positions have no end. Nothing is drawn then.
+    ///
+    /// # Examples
+    /// ```
+    /// # use glam::Vec4;
+    /// # use halfplane::{Primitives, Rasterizer, Surface, Viewport};
+    /// # let positions = [Vec4::new(-1.0, -1.0, 0.5, 1.0), Vec4::new(1.0, -1.0, 0.5, 1.0), Vec4::new(0.0, 1.0, 0.5, 1.0)];
+    /// let mut shadow_map = [u16::MAX; 64 * 64];
+    /// let mut target = Surface::depth_only(&mut shadow_map, 64, 64)?;
+    /// let rasterizer = Rasterizer::<()>::new(Viewport::of_size(64, 64)?);
+    /// let statistics = rasterizer.draw_depth(&mut target, Primitives::list(), &positions)?;
+    /// assert_eq!(statistics.samples_passed, 64 * 64 / 2);
+    /// assert_eq!(shadow_map.iter().filter(|&&depth| depth == 32_768).count(), 64 * 64 / 2);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[inline(always)]
+    pub fn draw_depth<F: Framebuffer, I: Index, P: Positions>(
+        &self,
+        target: &mut F,
+        primitives: Primitives<'_, I>,
+        positions: P,
+    ) -> Result<Statistics, DrawError> {
+        let (target_area, render_area) = (target.area(), self.render_area(target));
+        let limits = self.viewport.depth_limits();
+        let mut geometry = self.geometry(primitives, positions, &(), render_area)?;
+        let mut fan = None;
+        let mut pass = DepthPass { target, target_area, render_area, test: self.depth_test };
+        let mut passed = 0;
+        while let Some(piece) = geometry.next(&mut fan) {
+            let setup = Setup::with_area2(piece.corners, piece.area2);
+            let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);
+            passed += pass.draw(&setup, &plane);
+        }
+        let mut statistics = geometry.statistics;
+        statistics.fragments += passed;
+        statistics.samples_passed += passed;
         Ok(statistics)
     }
 

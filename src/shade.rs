@@ -75,6 +75,84 @@ impl DepthPlane {
     }
 }
 
+/// What a draw without a closure works with: depth is tested and written where it lies, eight pixels at a time.
+#[derive(Debug)]
+pub(crate) struct DepthPass<'a, F, T> {
+    pub(crate) target: &'a mut F,
+    /// What the framebuffer has, and which of it may be drawn to.
+    pub(crate) target_area: Rect,
+    pub(crate) render_area: Rect,
+    pub(crate) test: T,
+}
+
+impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
+    /// Draws a triangle. Gives how many fragments passed.
+    #[inline(always)]
+    pub(crate) fn draw(&mut self, setup: &Setup, plane: &DepthPlane) -> u64 {
+        let (area, bounds, solver) = (self.render_area, setup.bounds(), Solver::new(setup));
+        let (left, right) = (area.x, area.right());
+        let (mut top, bottom) = (area.y.max(bounds.y), area.bottom().min(bounds.bottom()));
+        let (mut passed, mut passed_alone) = ([0; LANES], [0]);
+        while top < bottom {
+            let rows = solver.solve(top, bottom);
+            let mut z = [0.0; LANES];
+            for lane in 0..LANES {
+                z[lane] = plane.at_edges(rows.edges[0][lane], rows.edges[1][lane]);
+            }
+            for lane in 0..LANES.min((bottom - top) as usize) {
+                let (start, end) = (rows.start[lane].max(left), rows.end[lane].min(right));
+                let (mut x, y) = (start, top + lane as i32);
+                while x < end {
+                    let z = (z[lane], (x - rows.anchor[lane]) as f32);
+                    // A window may reach over the row's end, but not over the framebuffer's border.
+                    if HAS_FLOAT_LANES && x + LANES as i32 <= self.target_area.right() {
+                        let run = self.target.run(x, y, LANES);
+                        let Some(depths) = run.depth.first_chunk_mut() else { break };
+                        test_window(self.test, depths, end - x, plane, z, &mut passed);
+                        x += LANES as i32;
+                    } else {
+                        let run = self.target.run(x, y, 1);
+                        let Some(depth) = run.depth.first_mut() else { break };
+                        test_window(self.test, core::array::from_mut(depth), 1, plane, z, &mut passed_alone);
+                        x += 1;
+                    }
+                }
+            }
+            top += LANES as i32;
+        }
+        passed.iter().chain(&passed_alone).map(|&lane| u64::from(lane)).sum()
+    }
+}
+
+/// Tests and writes the first `len` of some neighbouring depths, where the triangle's depth is `z` plus `dx` columns' change.
+/// Counts in `passed`, lane by lane.
+#[inline(always)]
+fn test_window<D: DepthFormat, const N: usize>(
+    test: impl DepthTest,
+    depths: &mut [D; N],
+    len: i32,
+    plane: &DepthPlane,
+    (z, dx): (f32, f32),
+    passed: &mut [u32; N],
+) {
+    // One step at a time for all lanes: each loop becomes one operation or two.
+    let (old, mut new, mut passes) = (*depths, *depths, [0; N]);
+    for i in 0..N {
+        new[i] = D::from_depth(plane.moved(z, dx + i as f32));
+    }
+    for i in 0..N {
+        let is_first = (i as i32) < len;
+        passes[i] = u32::from(is_first & (!D::IS_STORED || test.passes(new[i], old[i])));
+    }
+    for i in 0..N {
+        passed[i] += passes[i];
+    }
+    for i in 0..N {
+        new[i] = if (passes[i] != 0) & test.writes() { new[i] } else { old[i] };
+    }
+    *depths = new;
+}
+
 /// The arrays of a packet: what shading starts from. References to separate arrays, so that one that nobody reads
 /// disappears.
 #[derive(Debug)]
@@ -516,11 +594,9 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                 }
                 let dx = x - band.rows.anchor[lane];
                 let run = self.target.run(x, y, room);
-                let (Some(old_colors), Some(old_depths), Some(z)) = (
-                    run.color.get(..room),
-                    run.depth.get(..room),
-                    packet.z.get_mut(filled..filled + room),
-                ) else {
+                let (Some(old_colors), Some(old_depths), Some(z)) =
+                    (run.color.get(..room), run.depth.get(..room), packet.z.get_mut(filled..filled + room))
+                else {
                     break;
                 };
                 let mut passing = [0; LANES];
