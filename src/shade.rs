@@ -395,7 +395,9 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                         band.solve(solver, (top, bottom), self.render_area);
                         top += LANES as i32;
                         at = Progress::default();
-                        self.touch(&band);
+                        if bounds.width > LANES as u32 {
+                            self.touch(&band);
+                        }
                         continue;
                     }
                 }
