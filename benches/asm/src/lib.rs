@@ -1,0 +1,98 @@
+//! Draw calls whose machine code `check` looks at. Every closure takes one square root, of which the library has none: so
+//! a packed root is a shading loop that became SIMD.
+
+use halfplane::glam::{Vec2, Vec3, Vec4};
+use halfplane::{Fragment, Primitives, Rasterizer, Surface, Varyings, Viewport, pack_rgba8};
+
+/// A user's own varyings.
+#[derive(Clone, Copy)]
+pub struct Lit {
+    pub normal: Vec3,
+    pub uv: Vec2,
+}
+
+halfplane::varyings!(Lit { normal, uv });
+
+/// What is drawn, and where.
+pub struct Scene<'a, V> {
+    pub pixels: &'a mut [u32],
+    pub depth: &'a mut [f32],
+    pub positions: &'a [Vec4],
+    pub varyings: &'a [V],
+}
+
+#[inline(always)]
+fn draw<V: Varyings, R: Into<Option<u32>>>(
+    scene: &mut Scene<'_, V>,
+    shade: impl FnMut(Fragment<'_, V>, u32) -> R,
+) -> bool {
+    let Ok(viewport) = Viewport::of_size(640, 480) else { return false };
+    let Ok(mut target) = Surface::new(scene.pixels, scene.depth, 640, 480) else { return false };
+    let rasterizer = Rasterizer::new(viewport);
+    rasterizer.draw_over(&mut target, Primitives::list(), scene.positions, scene.varyings, shade).is_ok()
+}
+
+#[inline(always)]
+fn length(v: Vec2) -> f32 {
+    (v.x * v.x + v.y * v.y).sqrt()
+}
+
+#[inline(never)]
+pub fn packed_vec2(scene: &mut Scene<'_, Vec2>) -> bool {
+    draw(scene, |fragment, _| {
+        let uv = fragment.varyings();
+        pack_rgba8(Vec4::new(uv.x, uv.y, length(uv), 1.0))
+    })
+}
+
+#[inline(never)]
+pub fn packed_struct(scene: &mut Scene<'_, Lit>) -> bool {
+    draw(scene, |fragment, _| {
+        let Lit { normal, uv } = fragment.varyings();
+        let light = normal.dot(Vec3::new(0.48, 0.64, 0.6)) / normal.dot(normal).sqrt();
+        pack_rgba8(Vec4::new(uv.x * light, uv.y * light, light, 1.0))
+    })
+}
+
+/// Selecting between results takes more instructions in SSE2, and the compiler leaves the loop as it is.
+#[inline(never)]
+pub fn avx2_discard(scene: &mut Scene<'_, Vec2>) -> bool {
+    draw(scene, |fragment, _| {
+        let radius = length(fragment.varyings());
+        (radius < 1.0).then_some(pack_rgba8(Vec4::new(radius, radius, radius, 1.0)))
+    })
+}
+
+#[inline(never)]
+pub fn packed_blend(scene: &mut Scene<'_, [f32; 4]>) -> bool {
+    draw(scene, |fragment, below| {
+        let [r, g, b, a] = fragment.varyings();
+        let rest = 1.0 - (a * a).sqrt();
+        let mix = |over: f32, shift: u32| over + (below >> shift & 0xff) as f32 * (rest / 255.0);
+        pack_rgba8(Vec4::new(mix(r, 0), mix(g, 8), mix(b, 16), mix(a, 24)))
+    })
+}
+
+/// What shows that the check can fail: a branch that cannot become a selection.
+#[inline(never)]
+pub fn scalar_branch(scene: &mut Scene<'_, Vec2>) -> bool {
+    let mut far = 0;
+    draw(scene, |fragment, _| {
+        let uv = fragment.varyings();
+        if uv.x > 0.5 {
+            far += 1;
+            core::hint::black_box(&mut far);
+        }
+        pack_rgba8(Vec4::new(uv.x, uv.y, length(uv), 1.0))
+    })
+}
+
+/// And `as`, which saturates: each lane is taken out, converted, compared and put back.
+#[inline(never)]
+pub fn scalar_as(scene: &mut Scene<'_, Vec2>) -> bool {
+    draw(scene, |fragment, _| {
+        let uv = fragment.varyings();
+        let byte = |x: f32| (x * 255.0) as u32;
+        byte(uv.x) | byte(uv.y) << 8 | byte(length(uv)) << 16
+    })
+}

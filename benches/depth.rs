@@ -1,0 +1,55 @@
+//! Draws of depth alone: all samples pass, none does, or every second column does; in each format.
+
+mod common;
+
+use criterion::{BenchmarkId, Criterion, Throughput};
+use halfplane::{
+    Depth24, DepthFormat, DepthTest, Greater, LessOrEqual, Primitives, Rasterizer, ReadOnly, Surface,
+    Viewport,
+};
+
+fn main() {
+    common::run(|criterion| {
+        for size in [4, 16, 64, 256, 1024] {
+            format::<f32>(criterion, "f32", size);
+        }
+        for size in [64, 1024] {
+            format::<u16>(criterion, "u16", size);
+            format::<Depth24>(criterion, "depth24", size);
+            format::<u32>(criterion, "u32", size);
+        }
+    });
+}
+
+fn format<D: DepthFormat>(criterion: &mut Criterion, name: &str, size: u32) {
+    let samples = u64::from(size * size);
+    let (near, far) = (D::from_depth(0.0), D::from_depth(1.0));
+    // The square has depths below 1; equal ones pass again, so nothing has to be cleared between draws.
+    bench(criterion, &format!("pass_{name}"), size, LessOrEqual, [far; 2], samples);
+    bench(criterion, &format!("fail_{name}"), size, LessOrEqual, [near; 2], 0);
+    bench(criterion, &format!("pass_read_only_{name}"), size, ReadOnly(LessOrEqual), [far; 2], samples);
+    // The worst case: runs of one. Read only, or the second draw would meet the first.
+    bench(criterion, &format!("every_second_{name}"), size, ReadOnly(Greater), [near, far], samples / 2);
+}
+
+fn bench<D: DepthFormat>(
+    criterion: &mut Criterion,
+    name: &str,
+    size: u32,
+    test: impl DepthTest,
+    columns: [D; 2],
+    passing: u64,
+) {
+    let mut depth: Vec<D> = (0..size * size).map(|i| columns[(i % 2) as usize]).collect();
+    let mut target = Surface::depth_only(&mut depth, size, size).expect("of this size");
+    let rasterizer =
+        Rasterizer::<()>::new(Viewport::of_size(size, size).expect("a small size")).with_depth_test(test);
+    let primitives = Primitives::list().indexed(&common::SQUARE_INDICES);
+    let mut draw =
+        || rasterizer.draw(&mut target, primitives, &common::SQUARE, (), |_| ()).expect("valid indices");
+    assert_eq!(draw().samples_passed, passing, "{name} of {size}");
+    criterion
+        .benchmark_group("depth")
+        .throughput(Throughput::Elements(u64::from(size * size)))
+        .bench_function(BenchmarkId::new(name, size), |bencher| bencher.iter(&mut draw));
+}

@@ -1,0 +1,46 @@
+//! This crate.
+
+use crate::contestant::Contestant;
+use crate::draw::Canvas;
+use crate::workloads::{CLEAR_COLOR, CLEAR_DEPTH, HEIGHT, Workload};
+
+pub struct Halfplane {
+    canvas: Canvas,
+}
+
+impl Halfplane {
+    pub fn new() -> Self {
+        Self { canvas: Canvas::new() }
+    }
+}
+
+impl Contestant for Halfplane {
+    fn name(&self) -> &str {
+        "halfplane"
+    }
+
+    fn supports(&self, _: &Workload) -> bool {
+        true
+    }
+
+    fn prepare(&mut self, workload: &Workload) {
+        self.canvas.prepare(workload);
+    }
+
+    fn clear(&mut self) {
+        self.canvas.color.fill(CLEAR_COLOR);
+        self.canvas.depth.fill(CLEAR_DEPTH);
+    }
+
+    fn draw(&mut self, workload: &Workload) {
+        self.canvas.draw(workload, 0..HEIGHT);
+    }
+
+    fn read_pixels(&mut self) -> Vec<u32> {
+        self.canvas.color.clone()
+    }
+
+    fn read_depth(&mut self) -> Vec<f32> {
+        self.canvas.depth.clone()
+    }
+}

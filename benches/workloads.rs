@@ -1,0 +1,93 @@
+//! W1 to W8 whole, as the peers draw them, and the time without clearing.
+
+mod common;
+#[path = "workloads/draw.rs"]
+#[allow(unreachable_pub, reason = "the peers share it")]
+mod draw;
+#[path = "../examples/support"]
+mod support {
+    #![allow(dead_code, missing_docs, unreachable_pub, reason = "written for the examples")]
+    pub mod mesh;
+    pub mod teapot;
+}
+#[path = "workloads/mod.rs"]
+#[allow(unreachable_pub, clippy::cast_possible_truncation, reason = "the peers share it")]
+mod workloads;
+
+use core::time::Duration;
+use std::time::Instant;
+
+use criterion::{BenchmarkId, Throughput};
+
+use draw::Canvas;
+use workloads::{CLEAR_COLOR, CLEAR_DEPTH, HEIGHT, Mesh, WIDTH, Workload};
+
+/// Samples that pass the depth test.
+const FRAGMENTS: [(&str, u64); 9] = [
+    ("W1", 2_073_600),
+    ("W2f", 2_073_600),
+    ("W2b", 16_588_800),
+    ("W3", 586_291),
+    ("W4", 586_299),
+    ("W5", 586_291),
+    ("W6", 1_316_616),
+    ("W7", 10_695_341),
+    ("W8", 7_658_879),
+];
+
+fn main() {
+    common::run(|criterion| {
+        let mut canvas = Canvas::new();
+        for (name, expected) in FRAGMENTS {
+            // Without optimization the largest ones take longer than all tests.
+            if !common::is_timed() && matches!(name, "W2b" | "W4" | "W6") {
+                continue;
+            }
+            let workload = Workload::new(name, teapot).expect("one of the names");
+            canvas.prepare(&workload);
+            let samples = check(&mut canvas, &workload);
+            assert!(samples.abs_diff(expected) <= expected / 10_000, "{name}: {samples} samples");
+            let mut group = criterion.benchmark_group("draw");
+            group.throughput(Throughput::Elements(samples));
+            group.bench_function(BenchmarkId::new(name, format!("{WIDTH}x{HEIGHT}")), |bencher| {
+                bencher.iter_custom(|frames| {
+                    let mut time = Duration::ZERO;
+                    for _ in 0..frames {
+                        clear(&mut canvas);
+                        let start = Instant::now();
+                        canvas.draw(&workload, 0..HEIGHT);
+                        time += start.elapsed();
+                    }
+                    time
+                });
+            });
+        }
+    });
+}
+
+/// The mesh of W6.
+fn teapot() -> Mesh {
+    let support::mesh::Mesh { positions, normals, uvs, indices } = support::teapot::tessellate(40, |_, _| {});
+    Mesh { positions, normals, uvs, indices }
+}
+
+fn clear(canvas: &mut Canvas) {
+    canvas.color.fill(CLEAR_COLOR);
+    canvas.depth.fill(CLEAR_DEPTH);
+}
+
+/// Draws it whole and in three bands, which must give the same bits; how many samples passed. (That it is the right picture
+/// is what `benches/peers` asks the others.)
+fn check(canvas: &mut Canvas, workload: &Workload) -> u64 {
+    clear(canvas);
+    let samples = canvas.draw(workload, 0..HEIGHT).samples_passed;
+    let whole = (canvas.color.clone(), canvas.depth.clone());
+    clear(canvas);
+    let bands = [0..1, 1..601, 601..HEIGHT];
+    let in_bands: u64 = bands.map(|rows| canvas.draw(workload, rows).samples_passed).iter().sum();
+    assert_eq!(samples, in_bands, "{}", workload.name);
+    let bits = |depth: &[f32]| depth.iter().map(|depth| depth.to_bits()).collect::<Vec<_>>();
+    let is_same = canvas.color == whole.0 && bits(&canvas.depth) == bits(&whole.1);
+    assert!(is_same, "{}: another picture in bands", workload.name);
+    samples
+}
