@@ -516,11 +516,9 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                 }
                 let dx = x - band.rows.anchor[lane];
                 let run = self.target.run(x, y, room);
-                let (Some(old_colors), Some(old_depths), Some(z)) = (
-                    run.color.get(..room),
-                    run.depth.get(..room),
-                    packet.z.get_mut(filled..filled + room),
-                ) else {
+                let (Some(old_colors), Some(old_depths), Some(z)) =
+                    (run.color.get(..room), run.depth.get(..room), packet.z.get_mut(filled..filled + room))
+                else {
                     break;
                 };
                 let mut passing = [0; LANES];
