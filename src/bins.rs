@@ -232,7 +232,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     /// records in the order given, so that the picture is the same in one go or many.
     ///
     /// The records are those of this rasterizer. Several threads can each bin records of their own; a tile then draws
-    /// from all bins, in order.
+    /// from all bins, in order. Where nobody wants to go on later, each tile may look at all that are left instead:
+    /// `bins.tile(index).chain(bins.rest())` is always the right picture, and only slower when the memory is too short.
     ///
     /// # Errors
     /// When `memory` has fewer than twice as many numbers as the grid has tiles.

@@ -10,6 +10,7 @@
 pub mod camera;
 pub mod image;
 pub mod mesh;
+pub mod scene;
 pub mod shade;
 pub mod teapot;
 pub mod texture;
