@@ -9,7 +9,6 @@
 #[path = "workloads/mod.rs"]
 mod workloads;
 
-use core::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use halfplane::{
     Bins, Computed, CullMode, Fragment, Grid, Primitives, Projected, ProjectedVertex, Rasterizer, Record,
@@ -166,42 +165,40 @@ fn bench<V: Varyings + Default + Send + Sync, R: Into<Option<u32>>>(
         for threads in if tiles == 1 { 1..=1 } else { 1..=2 } {
             let pool: ThreadPool =
                 ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be had");
-            pool.install(|| {
-                frame.clear();
-                frame.both(shade);
-                assert!(frame.pixels() == expected, "the picture of one draw call");
-                let id = format!("{name}/{threads}x{tiles}");
-                group.bench_function(format!("both/{id}"), |bencher| {
-                    bencher.iter(|| {
-                        frame.clear();
-                        frame.both(shade);
-                    });
+            frame.clear();
+            pool.install(|| frame.both(shade));
+            assert!(frame.pixels() == expected, "the picture of one draw call");
+            let id = format!("{name}/{threads}x{tiles}");
+            group.bench_function(format!("both/{id}"), |bencher| {
+                bencher.iter(|| {
+                    frame.clear();
+                    pool.install(|| frame.both(shade));
                 });
-                let Frame { workload, values, rasterizer, grid, room, records, memory, color, depth } =
-                    &mut frame;
-                group.bench_function(format!("geometry/{id}"), |bencher| {
-                    bencher.iter(|| {
-                        black_box(geometry(workload, values, rasterizer, grid, room, records, memory).len())
-                    });
-                });
-                let bins = geometry(workload, values, rasterizer, grid, room, records, memory);
-                group.bench_function(format!("fragments/{id}"), |bencher| {
-                    bencher.iter(|| {
-                        color.fill(CLEAR_COLOR);
-                        depth.fill(CLEAR_DEPTH);
-                        fragments(rasterizer, grid, &bins, color, depth, shade);
-                    });
-                });
-                if threads == 1 {
-                    let (records, entries) =
-                        bins.iter().fold((0, 0), |(r, e), bins| (r + bins.len(), e + bins.entries()));
-                    println!(
-                        "{name} in {tiles} tiles: {} triangles, {records} records of {} bytes, {entries} entries of 4",
-                        workload.indices.len() / 3,
-                        size_of::<Record<V>>(),
-                    );
-                }
             });
+            let Frame { workload, values, rasterizer, grid, room, records, memory, color, depth } =
+                &mut frame;
+            group.bench_function(format!("geometry/{id}"), |bencher| {
+                bencher.iter(|| {
+                    pool.install(|| geometry(workload, values, rasterizer, grid, room, records, memory).len())
+                });
+            });
+            let bins = pool.install(|| geometry(workload, values, rasterizer, grid, room, records, memory));
+            group.bench_function(format!("fragments/{id}"), |bencher| {
+                bencher.iter(|| {
+                    color.fill(CLEAR_COLOR);
+                    depth.fill(CLEAR_DEPTH);
+                    pool.install(|| fragments(rasterizer, grid, &bins, color, depth, shade));
+                });
+            });
+            if threads == 1 {
+                let (count, entries) =
+                    bins.iter().fold((0, 0), |(n, e), bins| (n + bins.len(), e + bins.entries()));
+                println!(
+                    "{name} in {tiles} tiles: {} triangles, {count} records of {} bytes, {entries} entries of 4",
+                    workload.indices.len() / 3,
+                    size_of::<Record<V>>(),
+                );
+            }
         }
     }
 }

@@ -4,6 +4,7 @@
 
 mod common;
 
+use core::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::Mutex;
 
 use common::{Frame, Mixed, Nowhere, Random, Record as Told, config, mixed, records as told};
@@ -161,13 +162,13 @@ fn cut(
             while !batch.is_empty() {
                 let bins = rasterizer.bin(grid, batch, &mut memory).expect("enough for one record");
                 assert!(!bins.is_empty(), "it goes on");
-                let next = core::sync::atomic::AtomicUsize::new(0);
+                let next = AtomicUsize::new(0);
                 let sum = Mutex::new(&mut statistics);
                 std::thread::scope(|scope| {
                     for _ in 0..threads {
                         scope.spawn(|| {
                             loop {
-                                let index = next.fetch_add(1, core::sync::atomic::Ordering::Relaxed);
+                                let index = next.fetch_add(1, Ordering::Relaxed);
                                 let Some(tile) = tiles.get(index) else { break };
                                 let mut tile = tile.lock().expect("nobody panics");
                                 let statistics = rasterizer.draw_prepared_over(
