@@ -45,11 +45,17 @@ fn bench<D: DepthFormat>(
     let rasterizer =
         Rasterizer::<()>::new(Viewport::of_size(size, size).expect("a small size")).with_depth_test(test);
     let primitives = Primitives::list().indexed(&common::SQUARE_INDICES);
+    let mut group = criterion.benchmark_group("depth");
+    group.throughput(Throughput::Elements(u64::from(size * size)));
+
+    let mut draw = || rasterizer.draw_depth(&mut target, primitives, common::SQUARE).expect("valid indices");
+    assert_eq!(draw().samples_passed, passing, "{name} of {size}");
+    group.bench_function(BenchmarkId::new(name, size), |bencher| bencher.iter(&mut draw));
+
+    // The same by a closure that gives no colour.
     let mut draw =
         || rasterizer.draw(&mut target, primitives, &common::SQUARE, (), |_| ()).expect("valid indices");
-    assert_eq!(draw().samples_passed, passing, "{name} of {size}");
-    criterion
-        .benchmark_group("depth")
-        .throughput(Throughput::Elements(u64::from(size * size)))
-        .bench_function(BenchmarkId::new(name, size), |bencher| bencher.iter(&mut draw));
+    assert_eq!(draw().samples_passed, passing, "{name} of {size}, by a closure");
+    let name = format!("{name}_by_closure");
+    group.bench_function(BenchmarkId::new(name, size), |bencher| bencher.iter(&mut draw));
 }

@@ -11,7 +11,6 @@ mod support {
     pub mod teapot;
 }
 #[path = "workloads/mod.rs"]
-#[allow(unreachable_pub, clippy::cast_possible_truncation, reason = "the peers share it")]
 mod workloads;
 
 use core::time::Duration;

@@ -165,7 +165,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let rgba = |c: &u16| {
         let [r, g, b] = [c >> 11, c >> 5 & 0x3f, c & 0x1f].map(u32::from);
-        r * 255 / 31 | (g * 255 / 63) << 8 | (b * 255 / 31) << 16 | 0xff00_0000
+        (r * 255 / 31) | (g * 255 / 63) << 8 | (b * 255 / 31) << 16 | 0xff00_0000
     };
     let pixels: Vec<u32> = display.iter().map(rgba).collect();
     image::write_png(&image::output_path("microcontroller"), WIDTH, HEIGHT, &pixels)?;

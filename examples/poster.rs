@@ -106,7 +106,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if first / BANDS % 16 == 7 {
             let area = Rect {
                 x: size as i32 / 2 - 5,
-                y: (first as u32 * ROWS) as i32,
+                y: (u32::try_from(first).expect("few bands") * ROWS) as i32,
                 width: 100.min(size / 2),
                 height: ROWS,
             };

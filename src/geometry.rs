@@ -85,7 +85,10 @@ pub(crate) struct Geometry<'a, I, P> {
 }
 
 impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
-    #[expect(clippy::cast_possible_truncation, reason = "primitive numbers are documented to count modulo 2³²")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "primitive numbers are documented to count modulo 2³²"
+    )]
     pub(crate) fn new(
         triangles: Triangles<'a, I>,
         positions: P,

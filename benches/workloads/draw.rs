@@ -2,9 +2,10 @@
 
 use core::ops::Range;
 
+use halfplane::glam::Vec4;
 use halfplane::{
-    Absent, Attributes, Computed, CullMode, DepthFormat, Fragment, Plane, Primitives, ProjectedVertex,
-    Rasterizer, Rect, Statistics, Surface, Varyings, Viewport,
+    Absent, Attributes, Computed, CullMode, Fragment, Primitives, ProjectedVertex, Rasterizer, Rect,
+    Statistics, Surface, Varyings, Viewport,
 };
 
 use crate::workloads::{HEIGHT, Lit, Shading, WIDTH, Workload, blend, checker, lit_checker, lit_texture};
@@ -37,7 +38,7 @@ impl Canvas {
         let (color, depth) = (&mut self.color[pixels.clone()], &mut self.depth[pixels]);
         let room = &mut self.room;
         match &workload.shading {
-            Shading::DepthOnly => run(workload, (Absent::default(), depth), area, room, (), |_, ()| ()),
+            Shading::DepthOnly => run_depth(workload, depth, area, room),
             Shading::Checker(uvs) => {
                 run(workload, (color, depth), area, room, uvs.as_slice(), |fragment, _| {
                     checker(fragment.varyings())
@@ -65,20 +66,38 @@ impl Canvas {
 }
 
 /// One draw call.
-fn run<V: Varyings, C: Plane, D: Plane<Item: DepthFormat>, R: Into<Option<C::Item>>>(
+fn run<V: Varyings, R: Into<Option<u32>>>(
     workload: &Workload,
-    (color, depth): (C, D),
+    (color, depth): (&mut [u32], &mut [f32]),
     area: Rect,
     room: &mut [ProjectedVertex],
     varyings: impl Attributes<Value = V>,
-    shade: impl FnMut(Fragment<'_, V>, C::Item) -> R,
+    shade: impl FnMut(Fragment<'_, V>, u32) -> R,
 ) -> Statistics {
     let mut target = Surface::with_planes(color, depth, area, WIDTH as usize).expect("slices of this size");
-    let mut rasterizer = Rasterizer::new(Viewport::of_size(WIDTH, HEIGHT).expect("a small size"));
-    rasterizer.cull_mode = if workload.cull_back { CullMode::Back } else { CullMode::None };
-    let positions =
-        Computed::new(workload.positions.len(), |i| workload.transform * workload.positions[i].extend(1.0));
-    let vertices = rasterizer.project(positions, room).expect("prepared");
+    let rasterizer = rasterizer(workload);
+    let vertices = rasterizer.project(positions(workload), room).expect("prepared");
     let primitives = Primitives::list().indexed(&workload.indices);
     rasterizer.draw_over(&mut target, primitives, vertices, varyings, shade).expect("valid indices")
+}
+
+/// One draw call without colour.
+fn run_depth(workload: &Workload, depth: &mut [f32], area: Rect, room: &mut [ProjectedVertex]) -> Statistics {
+    let mut target =
+        Surface::with_planes(Absent::default(), depth, area, WIDTH as usize).expect("a slice of this size");
+    let rasterizer = rasterizer::<()>(workload);
+    let vertices = rasterizer.project(positions(workload), room).expect("prepared");
+    let primitives = Primitives::list().indexed(&workload.indices);
+    rasterizer.draw_depth(&mut target, primitives, vertices).expect("valid indices")
+}
+
+fn rasterizer<V: Varyings>(workload: &Workload) -> Rasterizer<V> {
+    let mut rasterizer = Rasterizer::new(Viewport::of_size(WIDTH, HEIGHT).expect("a small size"));
+    rasterizer.cull_mode = if workload.cull_back { CullMode::Back } else { CullMode::None };
+    rasterizer
+}
+
+/// The vertex shader.
+fn positions(workload: &Workload) -> impl Attributes<Value = Vec4> {
+    Computed::new(workload.positions.len(), |i| workload.transform * workload.positions[i].extend(1.0))
 }

@@ -18,7 +18,11 @@
 //!
 //! Nothing here knows a rasterizer: the contestants of `benches/peers` share this file by its path.
 
-#![allow(dead_code, reason = "each program that includes this file draws some of the workloads only")]
+#![allow(
+    dead_code,
+    unreachable_pub,
+    reason = "each program that includes this file draws some of the workloads only"
+)]
 
 use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};

@@ -142,8 +142,5 @@ fn send<D: DrawTarget<Color = Rgb565>>(area: &Rect, color: &[u16], display: &mut
 /// What a display's controller is told over its bus: a window, and the pixels that fill it, two bytes each.
 pub fn window_bytes(window: &Rectangle) -> impl Iterator<Item = u8> + use<> {
     let Rectangle { top_left: Point { x, y }, size: Size { width, height } } = *window;
-    [x as u16, y as u16, width as u16, height as u16]
-        .into_iter()
-        .flat_map(u16::to_be_bytes)
-        .chain(iter::empty())
+    [x as u16, y as u16, width as u16, height as u16].into_iter().flat_map(u16::to_be_bytes)
 }
