@@ -170,7 +170,12 @@ impl Projector {
         if outside != 0 {
             return positions.map(|position| self.project(position));
         }
-        core::array::from_fn(|i| ProjectedVertex { x: snap(x[i]), y: snap(y[i]), z: depth[i], inv_w: inv_w[i] })
+        core::array::from_fn(|i| ProjectedVertex {
+            x: snap(x[i]),
+            y: snap(y[i]),
+            z: depth[i],
+            inv_w: inv_w[i],
+        })
     }
 
     #[cold]

@@ -218,7 +218,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let projector = self.projector();
         let mut index = 0;
         if HAS_FLOAT_LANES {
-            while let Some(eight) = vertices.get_mut(index..).and_then(|rest| rest.first_chunk_mut::<LANES>()) {
+            while let Some(eight) = vertices.get_mut(index..).and_then(|rest| rest.first_chunk_mut::<LANES>())
+            {
                 let mut fetched = [Vec4::W; LANES];
                 for (position, index) in fetched.iter_mut().zip(index..) {
                     *position = positions.fetch(index).unwrap_or(Vec4::W);
