@@ -542,3 +542,45 @@ fn vertex_count<I: Index>(
         None => Ok(positions),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::primitive::Primitives;
+    use crate::target::Surface;
+    use std::vec::Vec;
+
+    #[test]
+    fn draw_depth_leaves_the_depths_of_draw() {
+        // Small and large, over the right border, beyond the viewport, with a scissor inside.
+        let mut random = 1u32;
+        let mut next = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 8) as f32 / 16_777_216.0
+        };
+        let positions: Vec<Vec4> = (0..300)
+            .flat_map(|i| {
+                let size = if i % 3 == 0 { 2.0 } else { 0.2 };
+                let (x, y) = (next() * 2.2 - 1.1, next() * 2.2 - 1.1);
+                [(); 3].map(|()| {
+                    Vec4::new(x + size * (next() - 0.5), y + size * (next() - 0.5), next(), 1.0)
+                        * (0.5 + next())
+                })
+            })
+            .collect();
+        let mut rasterizer = Rasterizer::<()>::new(Viewport::of_size(61, 47).expect("valid"));
+        rasterizer.depth_bias = DepthBias { constant: 3.0, slope: 0.5, clamp: 0.0 };
+        for scissor in [None, Some(Rect { x: 5, y: 3, width: 37, height: 29 })] {
+            rasterizer.scissor = scissor;
+            let (mut shaded, mut alone) = ([u16::MAX; 61 * 47], [u16::MAX; 61 * 47]);
+            let mut target = Surface::depth_only(&mut shaded, 61, 47).expect("it fits");
+            let expected = rasterizer.draw(&mut target, Primitives::list(), &positions[..], (), |_| ());
+            let mut target = Surface::depth_only(&mut alone, 61, 47).expect("it fits");
+            let found = rasterizer.draw_depth(&mut target, Primitives::list(), &positions[..]);
+            assert_eq!(found, expected, "statistics");
+            assert!(expected.is_ok_and(|statistics| statistics.samples_passed > 1000), "something is drawn");
+            assert!(shaded == alone, "depths");
+        }
+    }
+}

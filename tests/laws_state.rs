@@ -238,7 +238,11 @@ proptest! {
         let mut alone = vec![u16::MAX; FRAME.len()];
         let mut target = Surface::depth_only(&mut alone, FRAME.width, FRAME.height).expect("it fits");
         let only = rasterizer.draw(&mut target, Primitives::list(), &positions[..], (), |_| ());
-        prop_assert_eq!((both, depths), (only, alone), "depth");
+        prop_assert_eq!((both, &depths), (only, &alone), "a closure that does nothing");
+        let mut without = vec![u16::MAX; FRAME.len()];
+        let mut target = Surface::depth_only(&mut without, FRAME.width, FRAME.height).expect("it fits");
+        let none = rasterizer.draw_depth(&mut target, Primitives::list(), &positions[..]);
+        prop_assert_eq!((both, &depths), (none, &without), "no closure");
     }
 }
 

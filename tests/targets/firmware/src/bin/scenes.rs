@@ -5,8 +5,8 @@
 #[path = "../board.rs"]
 mod board;
 
-use halfplane_scene::scenes::Memory;
 use halfplane_scene::check;
+use halfplane_scene::scenes::Memory;
 use semihosting::{println, process};
 
 static mut MEMORY: Memory = Memory::new();
