@@ -613,7 +613,8 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             if len > NARROW {
                 break;
             }
-            // Most rows of small triangles are one window: code of its own for them saves W3 a tenth.
+            // Most rows of small triangles are one window: code of its own for them takes W3 from 222 to 213 M
+            // instructions a frame with AVX2.
             let gathered = match len {
                 0 => Some(0),
                 1..=LANES => self.gather_row(band, lane, LANES, filled, packet),
