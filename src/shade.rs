@@ -28,8 +28,8 @@ use crate::traverse::{HAS_FLOAT_LANES, LANES, Rows, Solver, Tiny, anchors_at_end
 use crate::triple::each;
 
 /// How many fragments are in flight: enough for SIMD to be worth its overhead, and little enough for the first-level
-/// cache, or for a microcontroller's stack.
-pub(crate) const PACKET: usize = if HAS_FLOAT_LANES { 256 } else { 16 };
+/// cache. Where fragments are drawn one by one there is no packet.
+pub(crate) const PACKET: usize = if HAS_FLOAT_LANES { 256 } else { 1 };
 
 /// A triangle's depth: linear on the screen.
 #[derive(Clone, Copy, Debug)]
