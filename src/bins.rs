@@ -153,18 +153,20 @@ fn touched<V: Copy>(
     projector: Projector,
     mut visit: impl FnMut(usize) -> bool,
 ) -> bool {
-    let Some(setup) = record.setup() else {
+    let Some([left, top, right, bottom]) = record.bounds() else {
         return touched_by_pieces(record, grid, area, projector, &mut visit);
     };
-    let bounds = setup.bounds().intersection(area);
-    if bounds.is_empty() {
+    let (left, right) = (left.max(area.x), right.min(area.right()));
+    let (top, bottom) = (top.max(area.y), bottom.min(area.bottom()));
+    if left >= right || top >= bottom {
         return true;
     }
-    let [left, right, top, bottom] = grid.range(bounds);
+    let [left, right, top, bottom] = grid.range([left, top, right, bottom]);
     let index = |column: u32, row: u32| row as usize * grid.columns() as usize + column as usize;
     if left == right && top == bottom {
         return visit(index(left, top));
     }
+    let Some(setup) = record.setup() else { return true };
     let edges = setup.edges();
     for row in top..=bottom {
         for column in left..=right {
@@ -198,7 +200,8 @@ fn touched_by_pieces<V: Copy>(
         }
     });
     let Some(bounds) = bounds else { return true };
-    let [left, right, top, bottom] = grid.range(bounds);
+    let edges = [bounds.x, bounds.y, bounds.right(), bounds.bottom()];
+    let [left, right, top, bottom] = grid.range(edges);
     for row in top..=bottom {
         for column in left..=right {
             let tile = grid.tile_at(column, row);

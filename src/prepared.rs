@@ -25,7 +25,7 @@ use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, ProjectedVertex, Projector};
 use crate::rasterizer::{DrawError, Drawable, Rasterizer, Source};
-use crate::setup::Setup;
+use crate::setup::{Setup, sample_bounds};
 use crate::state::Statistics;
 use crate::target::{Framebuffer, Rect};
 use crate::triple::each;
@@ -96,7 +96,15 @@ impl<V: Copy> Record<V> {
         self.primitive
     }
 
+    /// The pixels whose samples lie in its bounding box: left, top, right, bottom. `None` where [`setup`](Self::setup) is.
+    #[inline(always)]
+    pub(crate) fn bounds(&self) -> Option<[i32; 4]> {
+        let [a, b, c] = each(self.words, ProjectedVertex::from_words);
+        matches!(self.kind, Kind::Clockwise | Kind::CounterClockwise).then(|| sample_bounds(a, b, c))
+    }
+
     /// Its geometry. `None` of a triangle that is clipped when it is drawn, and of a blank record.
+    #[inline(always)]
     #[must_use]
     pub fn setup(&self) -> Option<Setup> {
         let is_counter_clockwise = match self.kind {
@@ -261,7 +269,8 @@ impl<I: Index, P: Positions, A: Attributes> Preparation<'_, I, P, A> {
 struct Records<R, V> {
     records: R,
     projector: Projector,
-    area: Rect,
+    /// The render area: left, top, right, bottom.
+    area: [i32; 4],
     /// What is left of a clipped one, and the values at its vertices.
     fan: Option<(Fan, [V; 3])>,
 }
@@ -269,15 +278,19 @@ struct Records<R, V> {
 impl<'r, V: Varyings + 'r, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<R, V> {
     #[inline(always)]
     fn next(&mut self) -> Option<Drawable<V>> {
-        let is_visible = |setup: &Setup| !setup.bounds().intersection(self.area).is_empty();
+        let area = self.area;
+        let is_visible = |[left, top, right, bottom]: [i32; 4]| {
+            (left.max(area[0]) < right.min(area[2])) & (top.max(area[1]) < bottom.min(area[3]))
+        };
         loop {
             if let Some((fan, values)) = &mut self.fan {
                 let Some(piece) = fan.next() else {
                     self.fan = None;
                     continue;
                 };
-                let setup = Setup::with_area2(piece.corners, piece.area2);
-                if is_visible(&setup) {
+                let [a, b, c] = piece.corners;
+                if is_visible(sample_bounds(a, b, c)) {
+                    let setup = Setup::with_area2(piece.corners, piece.area2);
                     let varyings = fan.varyings(piece.in_fan, *values);
                     let pedigree = fan.pedigree(piece.in_fan);
                     return Some(Drawable { setup, varyings, identity: piece.identity, pedigree });
@@ -285,9 +298,9 @@ impl<'r, V: Varyings + 'r, R: Iterator<Item = &'r Record<V>>> Source<V> for Reco
                 continue;
             }
             let record = self.records.next()?;
-            match record.setup() {
-                Some(setup) if is_visible(&setup) => {
-                    let (varyings, identity) = (record.varyings, record.identity());
+            match record.bounds() {
+                Some(bounds) if is_visible(bounds) => {
+                    let (setup, varyings, identity) = (record.setup()?, record.varyings, record.identity());
                     return Some(Drawable { setup, varyings, identity, pedigree: None });
                 }
                 None if record.kind == Kind::Clipped => {
@@ -416,7 +429,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         R: Into<Option<F::Color>>,
     {
         let (projector, area) = (self.projector(), self.render_area(target));
-        let records = records.into_iter();
+        let (records, area) = (records.into_iter(), [area.x, area.y, area.right(), area.bottom()]);
         self.draw_triangles(target, &mut Records { records, projector, area, fan: None }, shade)
     }
 }

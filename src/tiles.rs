@@ -147,13 +147,13 @@ impl Grid {
         }
     }
 
-    /// The first and last column and the first and last row of tiles that share pixels with `rect`, which lies in
-    /// [`area`](Self::area) and is not empty.
+    /// The first and last column and the first and last row of tiles that share pixels with a rectangle, given by its
+    /// edges: left, top, right, bottom. It lies in [`area`](Self::area) and is not empty.
     #[inline(always)]
-    pub(crate) fn range(&self, rect: Rect) -> [u32; 4] {
+    pub(crate) fn range(&self, [left, top, right, bottom]: [i32; 4]) -> [u32; 4] {
         let column = |x: i32| x.abs_diff(self.area.x) / self.tile_width;
         let row = |y: i32| y.abs_diff(self.area.y) / self.tile_height;
-        [column(rect.x), column(rect.right() - 1), row(rect.y), row(rect.bottom() - 1)]
+        [column(left), column(right - 1), row(top), row(bottom - 1)]
     }
 
     /// Tile-linear memory as one [`Surface`] for each tile. They share nothing and keep the frame's coordinates.
