@@ -162,8 +162,8 @@ impl Polygon {
         let kept = corners.iter().take_while(|corner| is_inside(corner)).count();
         let between = |inside: usize, outside: usize| {
             let (a, b) = (corners.get(inside)?, corners.get(outside)?);
-            let cut = Corner::between(a, b, &distance);
-            if is_eye_plane { cut.on_eye_plane(a, b) } else { Some(cut) }
+            let (cut, rounding) = Corner::between(a, b, &distance);
+            if is_eye_plane { cut.on_eye_plane(rounding) } else { Some(cut) }
         };
         let cuts = [between(kept - 1, kept), between(0, corners.len() - 1)];
         self.len = kept;
@@ -176,27 +176,33 @@ impl Polygon {
     }
 }
 
+/// The larger of |x| and |y|.
+fn size(p: Vec4) -> f32 {
+    let (x, y) = (p.x.abs(), p.y.abs());
+    if x > y { x } else { y }
+}
+
 impl Corner {
     /// The point of an edge where `distance` is zero.
     ///
     /// A weighted mean of both ends, not a step from one of them: the small end's rounding error does not grow with the
     /// large one, and since `+` commutes, both triangles at an edge compute the same bits whichever way they walk it.
-    fn between(a: &Self, b: &Self, distance: &impl Fn(&Self) -> f32) -> Self {
+    ///
+    /// Also gives how far rounding may have moved it.
+    fn between(a: &Self, b: &Self, distance: &impl Fn(&Self) -> f32) -> (Self, f32) {
         let (da, db) = (distance(a), distance(b)); // of opposite signs
         let whole = da - db;
         let (ka, kb) = (-db / whole, da / whole);
         let ([p, q, r], [s, t, u]) = (a.weights, b.weights);
-        Self {
-            position: a.position * ka + b.position * kb,
-            weights: [p * ka + s * kb, q * ka + t * kb, r * ka + u * kb],
-        }
+        let (from_a, from_b) = (a.position * ka, b.position * kb);
+        let cut =
+            Self { position: from_a + from_b, weights: [p * ka + s * kb, q * ka + t * kb, r * ka + u * kb] };
+        (cut, (size(from_a) + size(from_b)) * f32::EPSILON)
     }
 
     /// A cut at w ≈ 0, where w is far smaller than the rounding error of the cut: that may bring a w of zero or below. And
     /// of an edge that runs through the eye nothing but rounding is left, which would point anywhere: no corner then.
-    fn on_eye_plane(mut self, a: &Self, b: &Self) -> Option<Self> {
-        let size = |p: Vec4| if p.x.abs() > p.y.abs() { p.x.abs() } else { p.y.abs() };
-        let rounding = (size(a.position) + size(b.position)) * f32::EPSILON;
+    fn on_eye_plane(mut self, rounding: f32) -> Option<Self> {
         self.position.w = if self.position.w > W_MIN { self.position.w } else { W_MIN };
         (size(self.position) > rounding).then_some(self)
     }

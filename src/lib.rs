@@ -50,6 +50,10 @@
 //! 6. **No `unsafe`, no allocation, no global state.**
 //! 7. **You pay for what you use.** What a closure does not ask of a [`Fragment`] is not computed.
 //!
+//! # Chapters
+//!
+//! * [How fast, and why](how_fast): the scenes, the numbers, and how to write a closure that becomes SIMD.
+//!
 //! # Clearing
 //!
 //! There is no clear: the memory is yours. Fill it before the first draw of a frame (`pixels.fill(…)`, depths with 1, or
@@ -104,6 +108,9 @@ pub use tiles::{Grid, GridError, TileSurfaces};
 pub use traverse::Span;
 pub use vertex::{Attribute, Attributes, Computed};
 pub use viewport::{ClipDepth, Viewport, ViewportError};
+
+#[doc = include_str!("how_fast.md")]
+pub mod how_fast {}
 
 /// The README's code blocks are tests.
 #[cfg(doctest)]

@@ -155,7 +155,7 @@ proptest! {
     }
 
     /// The same of triangles up to millions of pixels wide, seen from the front, whose corners lie far out of the guard band.
-    /// An `f32` knows such corners, and with them the cuts, to 2⁻²⁵ of their distance only: half of that comes on top.
+    /// Cuts are worked out in `f32`, to about 2⁻²⁴ of the distance of the ends: that comes on top.
     #[test]
     fn clipping_changes_coverage_of_huge_triangles_only_at_edges(
         corners in prop::array::uniform3([-1.0f32..1.0, -1.0f32..1.0]),
@@ -168,7 +168,7 @@ proptest! {
         let truth = Homogeneous::new(triangle, DepthClip::Clip);
         prop_assume!(truth.parts.iter().all(|part| part.iter().all(|c| c.is_finite())));
         let counts = FRAME.counts(&triangle);
-        let bound = 1.0 / 256.0 + f64::from(size) / f64::from(1 << 26);
+        let bound = 1.0 / 256.0 + f64::from(size) / f64::from(1 << 24);
         for ([x, y], count) in pixels().zip(counts) {
             let sample = sample(x, y);
             let (expected, distance) = (u8::from(truth.is_inside(sample)), truth.distance(sample));
@@ -208,7 +208,7 @@ proptest! {
             prop_assert!(error < change + 1e-5, "value {} is not {value}: {:?}", float(record.values[0]), record);
             let (depth, change) = around(&|point| at(truth.depth, point).clamp(0.0, 1.0));
             let error = (float(record.depth) - depth).abs();
-            prop_assert!(error < change + 1e-5, "depth {} is not {depth}: {:?}", float(record.depth), record);
+            prop_assert!(error < change + 2e-5, "depth {} is not {depth}: {:?}", float(record.depth), record);
             let (inv_w, change) = around(&|point| at(truth.inv_w, point));
             let error = (float(record.inv_w) - inv_w).abs();
             prop_assert!(error < change + 1e-5 * inv_w, "1/w {} is not {inv_w}: {:?}", float(record.inv_w), record);
@@ -436,6 +436,31 @@ fn a_triangle_in_a_plane_through_the_eye_covers_at_most_its_line() {
                     let distance = distance(line, sample(fragment.x, fragment.y));
                     assert!(distance < 1.0 / 128.0, "({x}, {y}) {third}: {distance} px beside the line");
                 }
+            }
+        }
+    }
+}
+
+/// Found by this file: next to the eye, the far end of an edge counts for little, and so does its rounding.
+#[test]
+fn edges_from_near_the_eye_to_far_away_keep_their_place() {
+    for triangle in [
+        [[762_094.5, 675_403.0, 819_877.0], [0.0, 0.0, 1.0], [-0.5, -0.5, -0.5]],
+        [[-0.084, 0.295, 0.3554], [0.0, -998_664.0, -933_323.0], [0.0, 0.0, 0.206]],
+    ] {
+        let triangle = triangle.map(see);
+        for depth_clip in [DepthClip::Clip, DepthClip::Clamp] {
+            let truth = Homogeneous::new(triangle, depth_clip);
+            let (drawn, _) = draw(triangle, depth_clip);
+            let drawn: Vec<[i32; 2]> = drawn.iter().map(|record| [record.x, record.y]).collect();
+            for [x, y] in pixels() {
+                let sample = sample(x, y);
+                assert!(
+                    drawn.contains(&[x, y]) == truth.is_inside(sample)
+                        || truth.distance(sample) < 1.0 / 256.0,
+                    "({x}, {y}) of {triangle:?}, {} px from an edge",
+                    truth.distance(sample)
+                );
             }
         }
     }

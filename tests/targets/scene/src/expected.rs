@@ -27,7 +27,7 @@ pub const HASHES: &[(&str, u64)] = &[
     ("compare/types", 0x9188_263e_03ea_643f),
     ("bias", 0xf45a_8b75_0e44_6a33),
     ("blend", 0x5934_99b7_ea5d_5cd2),
-    ("nasty", 0xa351_f8fc_7552_9227),
+    ("nasty", 0xacce_9b8c_b47a_8392),
     ("spans", 0x1352_873a_9a82_9c99),
     ("conversions", 0x263e_99f9_775b_8918),
 ];
