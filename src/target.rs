@@ -110,7 +110,7 @@ pub struct Run<'a, C, D> {
 /// Memory for a picture.
 ///
 /// **Law**: for every run inside [`area`](Self::area), [`run`](Self::run) lends slices that are exactly `len` long, the
-/// same memory for the same pixel. (Shorter slices are drawn as far as they go; nothing panics.)
+/// same memory for the same pixel. (Of shorter slices, some pixels or none are drawn; nothing panics.)
 ///
 /// Pixels of 1, 2 or 4 bytes shade fastest. A SIMD type such as glam's `Vec4` as colour or as varying keeps the compiler
 /// from putting several pixels into one register.
