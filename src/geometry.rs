@@ -3,11 +3,8 @@
 //! A triangle is projected, clipped if it must be, culled by the sign of its exact area, and dropped when its bounding box
 //! holds no sample. All of that comes before the first division: of a fine mesh, most triangles end here.
 
-use glam::Vec4;
-
-use crate::clip::{Corner, Polygon};
-use crate::fragment::{Identity, Pedigree};
-use crate::interpolate::{Varyings, Weights};
+use crate::fan::{Fan, Piece};
+use crate::fragment::Identity;
 use crate::primitive::{Index, Triangle, Triangles};
 use crate::project::{Positions, ProjectedVertex, Projector, is_invalid};
 use crate::setup::{sample_bounds, signed_area2};
@@ -44,19 +41,6 @@ impl Facing {
         };
         Identity { provoking, is_front_facing: self.is_front(area2), primitive }
     }
-}
-
-/// A triangle, or a piece of one that was clipped, which may cover samples.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece {
-    pub(crate) corners: [ProjectedVertex; 3],
-    /// Twice the signed area; not zero.
-    pub(crate) area2: i64,
-    /// The caller's vertices.
-    pub(crate) vertices: [usize; 3],
-    pub(crate) identity: Identity,
-    /// Which piece of a [`Fan`] it is: corners 0, this and the next one. Zero for a whole triangle.
-    pub(crate) in_fan: usize,
 }
 
 /// How many triangles are looked at before the first of them is drawn.
@@ -223,19 +207,19 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         }
         let positions = self.projector.triangle_to_clip([a, b, c]);
         let mut fan = Fan::new(triangle.vertices, positions, union, self.projector);
-        if fan.polygon.corners().is_empty() {
+        if fan.is_empty() {
             self.statistics.outside += 1;
             return None;
         }
         self.statistics.clipped += 1;
-        if fan.area2 == 0 || self.facing.culls(fan.area2) {
-            let is_degenerate = fan.area2 == 0;
+        if fan.area2() == 0 || self.facing.culls(fan.area2()) {
+            let is_degenerate = fan.area2() == 0;
             let count =
                 if is_degenerate { &mut self.statistics.degenerate } else { &mut self.statistics.culled };
             *count += 1;
             return None;
         }
-        fan.identity = self.facing.identity(triangle, fan.area2, primitive);
+        fan.identity = self.facing.identity(triangle, fan.area2(), primitive);
         Some(fan)
     }
 }
@@ -252,98 +236,4 @@ fn may_cover_tiny([a, b, c]: [ProjectedVertex; 3], area2: i64) -> bool {
     }
     let corners = if area2 > 0 { [a, b, c] } else { [a, c, b] };
     Tiny::new(corners, left, top, width).covers_any(height)
-}
-
-/// What clipping leaves of a triangle, as a fan of triangles.
-#[derive(Debug)]
-pub(crate) struct Fan {
-    /// The caller's vertices, their positions with depth in 0 ≤ z ≤ w, and which planes they lie outside of.
-    vertices: [usize; 3],
-    positions: [Vec4; 3],
-    outcodes: u8,
-    polygon: Polygon,
-    projector: Projector,
-    pub(crate) identity: Identity,
-    /// Twice the signed area of all of it.
-    area2: i64,
-    /// The next piece.
-    next: usize,
-}
-
-impl Fan {
-    pub(crate) fn new(
-        vertices: [usize; 3],
-        positions: [Vec4; 3],
-        outcodes: u8,
-        projector: Projector,
-    ) -> Self {
-        let polygon = projector.volume.clip(positions, outcodes);
-        let identity = Identity { provoking: 0, is_front_facing: false, primitive: 0 };
-        let mut fan = Self { vertices, positions, outcodes, polygon, projector, identity, area2: 0, next: 1 };
-        let mut piece = 1;
-        while let Some([a, b, c]) = fan.piece(piece) {
-            fan.area2 += signed_area2(a, b, c);
-            piece += 1;
-        }
-        fan
-    }
-
-    /// What it was made of: positions, and which planes they lie outside of.
-    pub(crate) fn origin(&self) -> ([Vec4; 3], u8) {
-        (self.positions, self.outcodes)
-    }
-
-    /// The w of the caller's vertices.
-    fn w(&self) -> [f32; 3] {
-        each(self.positions, |position| position.w)
-    }
-
-    fn corners(&self, piece: usize) -> Option<[&Corner; 3]> {
-        let corners = self.polygon.corners();
-        Some([corners.first()?, corners.get(piece)?, corners.get(piece + 1)?])
-    }
-
-    fn piece(&self, piece: usize) -> Option<[ProjectedVertex; 3]> {
-        Some(each(self.corners(piece)?, |corner| self.projector.project_clipped(corner.position)))
-    }
-
-    #[inline(never)]
-    pub(crate) fn next(&mut self) -> Option<Piece> {
-        loop {
-            let in_fan = self.next;
-            let corners = self.piece(in_fan)?;
-            self.next += 1;
-            // Rounding can turn a sliver over. What it would cover belongs to its neighbours.
-            let [a, b, c] = corners;
-            let area2 = signed_area2(a, b, c);
-            if area2.signum() == self.area2.signum() {
-                return Some(Piece {
-                    corners,
-                    area2,
-                    vertices: self.vertices,
-                    identity: self.identity,
-                    in_fan,
-                });
-            }
-        }
-    }
-
-    /// How a piece's corners came about.
-    pub(crate) fn pedigree(&self, piece: usize) -> Option<Pedigree> {
-        let (corners, w) = (self.corners(piece)?, self.w());
-        Some(Pedigree {
-            weights: each(corners, |corner| corner.weights),
-            barycentrics: each(corners, |corner| corner.barycentrics(w)),
-        })
-    }
-
-    /// The values at a piece's corners, from those at the vertices.
-    pub(crate) fn varyings<V: Varyings>(&self, piece: usize, values: [V; 3]) -> [V; 3] {
-        let Some(corners) = self.corners(piece) else { return values };
-        each(corners, |corner| {
-            let weights =
-                Weights::new(corner.weights, corner.barycentrics(self.w()), self.identity.provoking);
-            V::interpolate(&values, &weights)
-        })
-    }
 }

@@ -19,8 +19,9 @@ use core::fmt;
 use glam::Vec4;
 
 use crate::depth::DepthTest;
+use crate::fan::{Fan, Piece};
 use crate::fragment::{Fragment, Identity};
-use crate::geometry::{Fan, Geometry, Piece};
+use crate::geometry::Geometry;
 use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, ProjectedVertex, Projector};

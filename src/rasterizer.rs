@@ -7,9 +7,11 @@ use glam::Vec4;
 
 use crate::clip::DepthClip;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
+use crate::fan::Fan;
 use crate::fragment::{Fragment, Identity, Pedigree, Shading};
-use crate::geometry::{Facing, Fan, Geometry};
+use crate::geometry::{Facing, Geometry};
 use crate::interpolate::Varyings;
+use crate::one_by_one::OneByOne;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
 use crate::setup::Setup;
@@ -416,6 +418,15 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let (target_area, render_area) = (target.area(), self.render_area(target));
         let limits = self.viewport.depth_limits();
         let mut statistics = Statistics::default();
+        if !HAS_FLOAT_LANES {
+            let mut fragments = OneByOne { target, render_area, test: self.depth_test, shade };
+            while let Some(Drawable { setup, varyings, identity, pedigree }) = source.next() {
+                let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
+                let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);
+                fragments.draw(&setup, &shading, &plane, &mut statistics);
+            }
+            return statistics;
+        }
         // A colour to fill the packet's arrays with until there are others: any.
         let mut any = || target.run(render_area.x, render_area.y, 1).color.first().copied();
         let Some(color) = (if render_area.is_empty() { None } else { any() }) else {

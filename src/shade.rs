@@ -9,8 +9,7 @@
 //! * up to eight rows of a triangle no wider than eight pixels, one window of eight pixels a row, shaded as one packet and
 //!   then written through the windows. A row at a time, such triangles would cost more in loops than in shading.
 //!
-//! Elsewhere, one fragment after the other is tested and shaded ([`Shader::draw_one_by_one`]): less memory, less code, and
-//! the same results.
+//! Elsewhere, `one_by_one.rs` tests and shades one fragment after the other: less memory, less code, and the same results.
 
 #![expect(clippy::cast_possible_truncation, reason = "offsets in a packet and lanes of a band are under 2⁹")]
 #![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
@@ -64,13 +63,13 @@ impl DepthPlane {
 
     /// Where the first two edge functions are these.
     #[inline(always)]
-    fn at_edges(&self, e0: f32, e1: f32) -> f32 {
+    pub(crate) fn at_edges(&self, e0: f32, e1: f32) -> f32 {
         self.z + (e0 * self.inv_area2) * self.more[0] + (e1 * self.inv_area2) * self.more[1]
     }
 
     /// `dx` columns right of where it is `z`, inside the depth range.
     #[inline(always)]
-    fn moved(&self, z: f32, dx: f32) -> f32 {
+    pub(crate) fn moved(&self, z: f32, dx: f32) -> f32 {
         clamp(z + self.step_x * dx, self.low, self.high)
     }
 }
@@ -321,62 +320,7 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             y: rows.0,
             count: 0,
         };
-        if HAS_FLOAT_LANES {
-            self.draw_packets(setup, rows, band, packet, statistics);
-        } else {
-            self.draw_one_by_one(setup, rows, band, statistics);
-        }
-    }
-
-    /// Draws a triangle fragment by fragment.
-    #[inline(always)]
-    fn draw_one_by_one<V, R>(
-        &mut self,
-        setup: &Setup,
-        (top, bottom): (i32, i32),
-        mut band: Band<'_, V>,
-        statistics: &mut Statistics,
-    ) where
-        V: Varyings,
-        S: FnMut(Fragment<'_, V>, F::Color) -> R,
-        R: Into<Option<F::Color>>,
-    {
-        let solver = Solver::new(setup);
-        let mut top = top;
-        while top < bottom {
-            band.solve(&solver, (top, bottom), self.render_area);
-            top += LANES as i32;
-            for lane in 0..band.count {
-                let len = band.len(lane);
-                if len == 0 {
-                    continue;
-                }
-                let (mut x, y) = (band.rows.start[lane], band.y + lane as i32);
-                let run = self.target.run(x, y, len);
-                let base = band.base(lane);
-                let (mut shaded, mut kept) = (0u32, 0u32);
-                for (color, depth) in run.color.iter_mut().zip(run.depth).take(len) {
-                    let dx = x.wrapping_sub(band.rows.anchor[lane]) as f32;
-                    let z = band.plane.moved(band.z[lane], dx);
-                    let new = F::Depth::from_depth(z);
-                    if !F::Depth::IS_STORED || self.test.passes(new, *depth) {
-                        let at = base.moved(band.step, dx);
-                        let fragment = Fragment { triangle: band.shading, at, x, y, depth: z };
-                        shaded += 1;
-                        if let Some(result) = (self.shade)(fragment, *color).into() {
-                            kept += 1;
-                            *color = result;
-                            if self.test.writes() {
-                                *depth = new;
-                            }
-                        }
-                    }
-                    x = x.wrapping_add(1);
-                }
-                statistics.fragments += u64::from(shaded);
-                statistics.samples_passed += u64::from(kept);
-            }
-        }
+        self.draw_packets(setup, rows, band, packet, statistics);
     }
 
     /// Draws a triangle packet by packet.
