@@ -35,9 +35,6 @@ pub(crate) const GUARD_BAND: f32 = EXTENT as f32;
 /// How far it may lie unless the viewport reaches farther: below 2¹⁴ pixels an `f32` is twice as fine as at them.
 const USUAL_GUARD_BAND: f32 = (EXTENT - 1) as f32;
 
-/// A triangle cut by seven planes has at most ten corners.
-const MAX_CORNERS: usize = 10;
-
 const PLANES: u8 = 7;
 
 /// Outcode bit of a position that is no point: NaN, infinite or beyond [`COORDINATE_MAX`].
@@ -52,7 +49,7 @@ pub(crate) struct ClipVolume {
 }
 
 /// A corner of what clipping leaves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Corner {
     pub(crate) position: Vec4,
     /// Its perspective weights over the three vertices of the triangle.
@@ -103,76 +100,73 @@ impl ClipVolume {
         }
     }
 
-    /// What is left of a triangle, a convex polygon in the same winding order.
-    pub(crate) fn clip(&self, triangle: [Vec4; 3], outcodes: u8) -> Polygon {
-        let mut polygon = Polygon::of_triangle(triangle);
-        for plane in (0..PLANES).filter(|plane| outcodes >> plane & 1 == 1) {
-            polygon.cut(|corner| self.distance(plane, corner.position), plane == 0);
+    /// What is left of a triangle, inside those of the planes: a convex polygon in the same winding order. `room` is where
+    /// it stands; what it holds before does not matter.
+    #[inline(never)]
+    pub(crate) fn clip<'r>(&self, triangle: [Vec4; 3], planes: u8, room: &'r mut Room) -> &'r [Corner] {
+        const WHOLE: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mut len = 3;
+        for ((corner, position), weights) in room.iter_mut().zip(triangle).zip(WHOLE) {
+            *corner = Corner { position, weights };
         }
-        polygon
-    }
-}
-
-/// A convex polygon in clip space.
-#[derive(Clone, Debug)]
-pub(crate) struct Polygon {
-    corners: [Corner; MAX_CORNERS],
-    len: usize,
-}
-
-impl Polygon {
-    fn of_triangle([a, b, c]: [Vec4; 3]) -> Self {
-        let corner = |position, weights| Corner { position, weights };
-        let mut corners = [corner(a, [1.0, 0.0, 0.0]); MAX_CORNERS];
-        corners[1] = corner(b, [0.0, 1.0, 0.0]);
-        corners[2] = corner(c, [0.0, 0.0, 1.0]);
-        Self { corners, len: 3 }
+        for plane in (0..PLANES).filter(|plane| planes >> plane & 1 == 1) {
+            len = self.cut(room, len, plane).unwrap_or_default();
+        }
+        room.get(..len).unwrap_or_default()
     }
 
-    pub(crate) fn corners(&self) -> &[Corner] {
-        self.corners.get(..self.len).unwrap_or_default()
-    }
-
-    /// Keeps the part where `distance` is not negative.
+    /// Keeps the part of a polygon of `len` corners inside a plane: as many corners as it gives, or none.
     ///
     /// The corners outside follow one another, because the polygon is convex; two cuts take their place.
-    fn cut(&mut self, distance: impl Fn(&Corner) -> f32, is_eye_plane: bool) {
-        let is_inside = |corner: &Corner| distance(corner) >= 0.0;
-        let corners = self.corners.get_mut(..self.len).unwrap_or_default();
-        let inside = corners.iter().filter(|corner| is_inside(corner)).count();
-        if inside == corners.len() {
-            return;
+    fn cut(&self, room: &mut Room, len: usize, plane: u8) -> Option<usize> {
+        let corners = room.get_mut(..len)?;
+        let distance = |corner: &Corner| self.distance(plane, corner.position);
+        // The first corner inside after one outside.
+        let (mut start, mut outside) = (0, 0);
+        let mut was_inside = distance(corners.last()?) >= 0.0;
+        for (i, corner) in corners.iter().enumerate() {
+            let is_inside = distance(corner) >= 0.0;
+            if is_inside && !was_inside {
+                start = i;
+            }
+            outside += usize::from(!is_inside);
+            was_inside = is_inside;
         }
-        if inside == 0 {
-            self.len = 0;
-            return;
+        if outside == 0 {
+            return Some(len);
         }
-        // Turn the polygon so that it starts with the first corner inside after one outside. Three reversals: what
-        // `rotate_left` does in general costs a microcontroller 1.5 KiB.
-        let mut before = corners.last().is_some_and(is_inside);
-        let start = corners.iter().position(|corner| {
-            let enters = is_inside(corner) && !before;
-            before = is_inside(corner);
-            enters
-        });
-        let (front, back) = corners.split_at_mut_checked(start.unwrap_or(0)).unwrap_or_default();
-        front.reverse();
-        back.reverse();
-        corners.reverse();
-        let kept = corners.iter().take_while(|corner| is_inside(corner)).count();
-        let between = |inside: usize, outside: usize| {
+        // Turn the polygon so that it starts there. Three reversals: what `rotate_left` does in general costs a
+        // microcontroller 1.5 KiB.
+        let (front, back) = corners.split_at_mut_checked(start)?;
+        reverse(front);
+        reverse(back);
+        reverse(corners);
+        let mut kept = corners.iter().take_while(|corner| distance(corner) >= 0.0).count();
+        let ends = [(kept.checked_sub(1)?, kept), (0, len - 1)];
+        let cuts = ends.map(|(inside, outside)| {
             let (a, b) = (corners.get(inside)?, corners.get(outside)?);
-            let (cut, rounding) = Corner::between(a, b, &distance);
-            if is_eye_plane { cut.on_eye_plane(rounding) } else { Some(cut) }
-        };
-        let cuts = [between(kept - 1, kept), between(0, corners.len() - 1)];
-        self.len = kept;
-        for cut in cuts.into_iter().flatten() {
-            if let Some(corner) = self.corners.get_mut(self.len) {
-                *corner = cut;
-                self.len += 1;
+            let (cut, rounding) = Corner::between(a, b, distance(a), distance(b));
+            if plane == 0 { cut.on_eye_plane(rounding) } else { Some(cut) }
+        });
+        for cut in &cuts {
+            if let (Some(cut), Some(corner)) = (cut, room.get_mut(kept)) {
+                *corner = *cut;
+                kept += 1;
             }
         }
+        Some(kept)
+    }
+}
+
+/// Where a triangle is clipped: one cut by seven planes has at most ten corners.
+pub(crate) type Room = [Corner; 10];
+
+/// `slice::reverse`, in a tenth of its code.
+#[inline(never)]
+fn reverse(mut corners: &mut [Corner]) {
+    while let [first, rest @ .., last] = corners {
+        core::mem::swap(first, last);
+        corners = rest;
     }
 }
 
@@ -183,14 +177,13 @@ fn size(p: Vec4) -> f32 {
 }
 
 impl Corner {
-    /// The point of an edge where `distance` is zero.
+    /// The point of an edge where the distance to a plane is zero, from those of its ends, which are of opposite signs.
     ///
     /// A weighted mean of both ends, not a step from one of them: the small end's rounding error does not grow with the
     /// large one, and since `+` commutes, both triangles at an edge compute the same bits whichever way they walk it.
     ///
     /// Also gives how far rounding may have moved it.
-    fn between(a: &Self, b: &Self, distance: &impl Fn(&Self) -> f32) -> (Self, f32) {
-        let (da, db) = (distance(a), distance(b)); // of opposite signs
+    fn between(a: &Self, b: &Self, da: f32, db: f32) -> (Self, f32) {
         let whole = da - db;
         let (ka, kb) = (-db / whole, da / whole);
         let ([p, q, r], [s, t, u]) = (a.weights, b.weights);
@@ -205,14 +198,6 @@ impl Corner {
     fn on_eye_plane(mut self, rounding: f32) -> Option<Self> {
         self.position.w = if self.position.w > W_MIN { self.position.w } else { W_MIN };
         (size(self.position) > rounding).then_some(self)
-    }
-
-    /// Its screen-linear weights over vertices whose w are these.
-    pub(crate) fn barycentrics(&self, w: [f32; 3]) -> [f32; 3] {
-        let [a, b, c] = self.weights;
-        let parts = [a * w[0], b * w[1], c * w[2]];
-        let whole = parts[0] + parts[1] + parts[2];
-        [parts[0] / whole, parts[1] / whole, parts[2] / whole]
     }
 }
 
@@ -236,7 +221,8 @@ mod tests {
     fn clip(triangle: [Vec4; 3]) -> Vec<Corner> {
         let volume = volume();
         let outcodes = triangle.iter().fold(0, |codes, &p| codes | volume.outcode(p));
-        volume.clip(triangle, outcodes).corners().to_vec()
+        let mut room = Room::default();
+        volume.clip(triangle, outcodes, &mut room).to_vec()
     }
 
     #[test]

@@ -258,9 +258,10 @@ pub(crate) struct Triangles<'a, I> {
 }
 
 impl<I: Index> Triangles<'_, I> {
-    /// The number of the first triangle.
-    pub(crate) fn first(&self) -> usize {
-        self.primitives.first
+    /// The number of the first triangle, modulo 2³² as documented.
+    #[expect(clippy::cast_possible_truncation, reason = "that is what modulo means")]
+    pub(crate) fn first_number(&self) -> u32 {
+        self.primitives.first as u32
     }
 
     /// Goes to triangle `first` from the start.
@@ -410,7 +411,11 @@ mod tests {
                     let count = parts.len();
                     parts.extend(triangles(part, vertices));
                     assert_eq!(part.triangle_count(vertices), parts.len() - count, "{part:?} of {vertices}");
-                    assert_eq!(part.triangles(vertices).first(), first, "the number of its first triangle");
+                    assert_eq!(
+                        part.triangles(vertices).first_number() as usize,
+                        first,
+                        "the number of its first triangle"
+                    );
                 }
                 assert_eq!(parts, whole, "{primitives:?} of {vertices} in parts of {size}");
             }

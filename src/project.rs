@@ -156,7 +156,7 @@ impl Projector {
 
     /// A clip-space position on the subpixel grid.
     #[inline(always)]
-    pub(crate) fn project(self, position: Vec4) -> ProjectedVertex {
+    pub(crate) fn project(&self, position: Vec4) -> ProjectedVertex {
         let position = self.clip_depth.to_zero_to_one(position);
         let ([x, y, z], inv_w) = self.to_framebuffer(position);
         if self.volume.contains(position, x, y) {
@@ -167,7 +167,7 @@ impl Projector {
 
     /// Several positions at once, for the compiler to give each a SIMD lane: one loop a step, none with a branch.
     #[inline(always)]
-    pub(crate) fn project_lanes<const N: usize>(self, positions: [Vec4; N]) -> [ProjectedVertex; N] {
+    pub(crate) fn project_lanes<const N: usize>(&self, positions: [Vec4; N]) -> [ProjectedVertex; N] {
         let ViewportTransform { scale, offset } = self.transform;
         let (mut x, mut y, mut z, mut w) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
         for i in 0..N {
@@ -200,7 +200,7 @@ impl Projector {
 
     #[cold]
     #[inline(never)]
-    fn outside(self, position: Vec4) -> ProjectedVertex {
+    fn outside(&self, position: Vec4) -> ProjectedVertex {
         match self.volume.outcode(position) {
             // Outside after rounding, inside before: it lies on the border.
             0 => self.project_clipped(position),
@@ -209,14 +209,15 @@ impl Projector {
     }
 
     /// A position that clipping has left, whose depth is already 0 ≤ z ≤ w.
-    pub(crate) fn project_clipped(self, position: Vec4) -> ProjectedVertex {
+    #[inline(never)]
+    pub(crate) fn project_clipped(&self, position: Vec4) -> ProjectedVertex {
         let ([x, y, z], inv_w) = self.to_framebuffer(position);
         let snap = |x: f32| snap(clamp(x, -GUARD_BAND, GUARD_BAND));
         ProjectedVertex { x: snap(x), y: snap(y), z, inv_w }
     }
 
     /// All three positions with depth in 0 ≤ z ≤ w.
-    pub(crate) fn triangle_to_clip(self, triangle: [Vec4; 3]) -> [Vec4; 3] {
+    pub(crate) fn triangle_to_clip(&self, triangle: [Vec4; 3]) -> [Vec4; 3] {
         self.clip_depth.triangle_to_zero_to_one(triangle)
     }
 }

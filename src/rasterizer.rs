@@ -7,11 +7,11 @@ use glam::Vec4;
 
 use crate::clip::DepthClip;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
-use crate::fan::Fan;
+use crate::fan::{Fan, History};
 use crate::fragment::{Fragment, Identity, Pedigree, Shading};
 use crate::geometry::{Facing, Geometry};
 use crate::interpolate::Varyings;
-use crate::one_by_one::OneByOne;
+use crate::one_by_one::{OneByOne, Vertices};
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
 use crate::setup::Setup;
@@ -186,6 +186,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     }
 
     /// The pixels of `area` that a draw may touch.
+    #[inline(always)]
     pub(crate) fn render_area_in(&self, area: Rect) -> Rect {
         let area = self.viewport.pixels().intersection(area);
         self.scissor.map_or(area, |scissor| area.intersection(scissor))
@@ -335,6 +336,14 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         R: Into<Option<F::Color>>,
     {
         let area = self.render_area(target);
+        if !HAS_FLOAT_LANES {
+            let count = vertex_count(&primitives, &positions, &varyings)?;
+            let mut draw = self.one_by_one(target, area, shade);
+            let vertices =
+                Vertices { positions, varyings, projector: self.projector(), facing: self.facing() };
+            draw.draw_triangles(primitives.triangles(count), &vertices);
+            return Ok(draw.statistics);
+        }
         let mut direct =
             Direct { geometry: self.geometry(primitives, positions, &varyings, area)?, varyings, fan: None };
         let mut statistics = self.draw_triangles(target, &mut direct, shade);
@@ -397,9 +406,26 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         area: Rect,
     ) -> Result<Geometry<'a, I, P>, DrawError> {
         let count = vertex_count(&primitives, &positions, varyings)?;
+        Ok(Geometry::new(primitives.triangles(count), positions, self.projector(), self.facing(), area))
+    }
+
+    fn facing(&self) -> Facing {
         let Self { cull_mode, front_face, provoking_vertex, .. } = *self;
-        let facing = Facing { cull_mode, front_face, provoking_vertex };
-        Ok(Geometry::new(primitives.triangles(count), positions, self.projector(), facing, area))
+        Facing { cull_mode, front_face, provoking_vertex }
+    }
+
+    /// What a draw without SIMD works with.
+    #[inline(always)]
+    fn one_by_one<'a, F, S>(&self, target: &'a mut F, area: Rect, shade: S) -> OneByOne<'a, F, T, S> {
+        OneByOne {
+            target,
+            area: [area.x, area.y, area.right(), area.bottom()],
+            test: self.depth_test,
+            depth_bias: self.depth_bias,
+            depth_limits: self.viewport.depth_limits(),
+            shade,
+            statistics: Statistics::default(),
+        }
     }
 
     /// The fragment half of a draw.
@@ -419,13 +445,11 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let limits = self.viewport.depth_limits();
         let mut statistics = Statistics::default();
         if !HAS_FLOAT_LANES {
-            let mut fragments = OneByOne { target, render_area, test: self.depth_test, shade };
+            let mut draw = self.one_by_one(target, render_area, shade);
             while let Some(Drawable { setup, varyings, identity, pedigree }) = source.next() {
-                let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
-                let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);
-                fragments.draw(&setup, &shading, &plane, &mut statistics);
+                draw.draw_setup(&setup, varyings, identity, pedigree.as_ref());
             }
-            return statistics;
+            return draw.statistics;
         }
         // A colour to fill the packet's arrays with until there are others: any.
         let mut any = || target.run(render_area.x, render_area.y, 1).color.first().copied();
@@ -471,6 +495,22 @@ pub(crate) struct Drawable<V> {
     pub(crate) pedigree: Option<Pedigree>,
 }
 
+impl<V: Varyings> Drawable<V> {
+    /// A triangle with these values at the caller's vertices.
+    #[inline(always)]
+    pub(crate) fn new(
+        setup: Setup,
+        mut varyings: [V; 3],
+        identity: Identity,
+        history: Option<History>,
+    ) -> Self {
+        if let Some(history) = &history {
+            history.interpolate(&mut varyings, identity.provoking);
+        }
+        Self { setup, varyings, identity, pedigree: history.as_ref().map(History::pedigree) }
+    }
+}
+
 /// Where the fragment half of a draw gets triangles from.
 pub(crate) trait Source<V> {
     /// The next one that may be seen.
@@ -493,13 +533,8 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
                 continue;
             };
             let setup = Setup::with_area2(piece.corners, piece.area2);
-            let fan = self.fan.as_ref();
-            return Some(Drawable {
-                setup,
-                varyings: fan.map_or([a, b, c], |fan| fan.varyings(piece.in_fan, [a, b, c])),
-                identity: piece.identity,
-                pedigree: fan.and_then(|fan| fan.pedigree(piece.in_fan)),
-            });
+            let history = self.fan.as_ref().and_then(|fan| fan.history(piece.in_fan));
+            return Some(Drawable::new(setup, [a, b, c], piece.identity, history));
         }
     }
 }

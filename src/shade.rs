@@ -52,7 +52,7 @@ impl DepthPlane {
         let [edge_0, edge_1, _] = each(setup.edges(), |edge| edge.slope());
         let step =
             |i: usize| (edge_0[i] as f32 * 256.0 * more[0] + edge_1[i] as f32 * 256.0 * more[1]) * inv_area2;
-        let mut z = r;
+        let mut z = r + 0.0; // no −0, here or at any sample
         if bias != DepthBias::default() {
             let (dx, dy) = (step(0).abs(), step(1).abs());
             let larger = |a: f32, b: f32| if a > b { a } else { b };
@@ -65,6 +65,21 @@ impl DepthPlane {
     #[inline(always)]
     pub(crate) fn at_edges(&self, e0: f32, e1: f32) -> f32 {
         self.z + (e0 * self.inv_area2) * self.more[0] + (e1 * self.inv_area2) * self.more[1]
+    }
+
+    /// Change by a pixel to the right.
+    #[inline(always)]
+    pub(crate) fn step_x(&self) -> f32 {
+        self.step_x
+    }
+
+    /// Whether it is inside the depth range `dx` columns right of where it is `z`.
+    ///
+    /// Bits of floats from 0 on, as integers, are in the order of the floats; those of negative ones and of NaN come after.
+    #[inline(always)]
+    pub(crate) fn contains(&self, z: f32, dx: f32) -> bool {
+        let low = self.low.to_bits();
+        (z + self.step_x * dx).to_bits().wrapping_sub(low) <= self.high.to_bits().wrapping_sub(low)
     }
 
     /// `dx` columns right of where it is `z`, inside the depth range.
