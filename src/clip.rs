@@ -43,13 +43,14 @@ pub(crate) const INVALID: u8 = 1 << PLANES;
 /// The part of clip space that is kept.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClipVolume {
-    transform: ViewportTransform,
+    /// To framebuffer coordinates.
+    pub(crate) transform: ViewportTransform,
     clips_depth: bool,
     guard_band: f32,
 }
 
 /// A corner of what clipping leaves.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Corner {
     pub(crate) position: Vec4,
     /// Its perspective weights over the three vertices of the triangle.
@@ -100,19 +101,15 @@ impl ClipVolume {
         }
     }
 
-    /// What is left of a triangle, inside those of the planes: a convex polygon in the same winding order. `room` is where
-    /// it stands; what it holds before does not matter.
+    /// Cuts away of the triangle in `room` what lies outside of some planes. Gives how many corners are left: they stand at
+    /// its start, in the same winding order.
     #[inline(never)]
-    pub(crate) fn clip<'r>(&self, triangle: [Vec4; 3], planes: u8, room: &'r mut Room) -> &'r [Corner] {
-        const WHOLE: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    pub(crate) fn clip(&self, room: &mut Room, planes: u8) -> usize {
         let mut len = 3;
-        for ((corner, position), weights) in room.iter_mut().zip(triangle).zip(WHOLE) {
-            *corner = Corner { position, weights };
-        }
         for plane in (0..PLANES).filter(|plane| planes >> plane & 1 == 1) {
             len = self.cut(room, len, plane).unwrap_or_default();
         }
-        room.get(..len).unwrap_or_default()
+        len
     }
 
     /// Keeps the part of a polygon of `len` corners inside a plane: as many corners as it gives, or none.
@@ -160,6 +157,17 @@ impl ClipVolume {
 
 /// Where a triangle is clipped: one cut by seven planes has at most ten corners.
 pub(crate) type Room = [Corner; 10];
+
+/// A triangle, ready to be clipped.
+#[inline(always)]
+pub(crate) fn room_of([a, b, c]: [Vec4; 3]) -> Room {
+    let [a, b, c] = [
+        Corner { position: a, weights: [1.0, 0.0, 0.0] },
+        Corner { position: b, weights: [0.0, 1.0, 0.0] },
+        Corner { position: c, weights: [0.0, 0.0, 1.0] },
+    ];
+    [a, b, c, c, c, c, c, c, c, c]
+}
 
 /// `slice::reverse`, in a tenth of its code.
 #[inline(never)]
@@ -221,8 +229,9 @@ mod tests {
     fn clip(triangle: [Vec4; 3]) -> Vec<Corner> {
         let volume = volume();
         let outcodes = triangle.iter().fold(0, |codes, &p| codes | volume.outcode(p));
-        let mut room = Room::default();
-        volume.clip(triangle, outcodes, &mut room).to_vec()
+        let mut room = room_of(triangle);
+        let len = volume.clip(&mut room, outcodes);
+        room[..len].to_vec()
     }
 
     #[test]

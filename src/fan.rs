@@ -5,7 +5,7 @@
 
 use glam::Vec4;
 
-use crate::clip::{Corner, Room};
+use crate::clip::{Corner, Room, room_of};
 use crate::fragment::{Identity, Pedigree};
 use crate::interpolate::{Varyings, Weights};
 use crate::project::{ProjectedVertex, Projector};
@@ -30,22 +30,30 @@ pub(crate) fn piece_of(polygon: &[Corner], piece: usize) -> Option<[&Corner; 3]>
     Some([polygon.first()?, polygon.get(piece)?, polygon.get(piece + 1)?])
 }
 
-/// The same on the subpixel grid, and twice the signed area.
+/// Puts them on the subpixel grid. Gives twice the signed area.
 #[inline(never)]
 pub(crate) fn project_piece(
     polygon: &[Corner],
     piece: usize,
     projector: &Projector,
-) -> Option<([ProjectedVertex; 3], i64)> {
-    let corners = each(piece_of(polygon, piece)?, |corner| projector.project_clipped(corner.position));
-    let [a, b, c] = corners;
-    Some((corners, signed_area2(a, b, c)))
+    projected: &mut [ProjectedVertex; 3],
+) -> Option<i64> {
+    let corners = piece_of(polygon, piece)?;
+    for (vertex, corner) in projected.iter_mut().zip(corners) {
+        *vertex = projector.project_clipped(corner.position);
+    }
+    let [a, b, c] = *projected;
+    Some(signed_area2(a, b, c))
 }
 
-/// Twice the signed area of a polygon on the subpixel grid.
-pub(crate) fn polygon_area2(polygon: &[Corner], projector: &Projector) -> i64 {
+/// Twice the signed area of a polygon on the subpixel grid. What it leaves in `projected` means nothing.
+pub(crate) fn polygon_area2(
+    polygon: &[Corner],
+    projector: &Projector,
+    projected: &mut [ProjectedVertex; 3],
+) -> i64 {
     let (mut area2, mut piece) = (0, 1);
-    while let Some((_, of_piece)) = project_piece(polygon, piece, projector) {
+    while let Some(of_piece) = project_piece(polygon, piece, projector, projected) {
         area2 += of_piece;
         piece += 1;
     }
@@ -62,8 +70,8 @@ pub(crate) struct History {
 }
 
 impl History {
-    pub(crate) fn new(corners: [&Corner; 3], positions: [Vec4; 3]) -> Self {
-        Self { weights: each(corners, |corner| corner.weights), w: each(positions, |position| position.w) }
+    pub(crate) fn new(corners: [&Corner; 3], w: [f32; 3]) -> Self {
+        Self { weights: each(corners, |corner| corner.weights), w }
     }
 
     /// The screen-linear weights of a corner with these perspective ones.
@@ -83,13 +91,13 @@ impl History {
         }
     }
 
-    /// Makes of the values at the vertices those at the corners.
+    /// The values at the corners, from those at the vertices.
     #[cold]
     #[inline(never)]
-    pub(crate) fn interpolate<V: Varyings>(&self, values: &mut [V; 3], provoking: u8) {
-        *values = each(self.weights, |weights| {
+    pub(crate) fn interpolate<V: Varyings>(&self, values: &[V; 3], provoking: u8) -> [V; 3] {
+        each(self.weights, |weights| {
             V::interpolate(values, &Weights::new(weights, self.barycentrics(weights), provoking))
-        });
+        })
     }
 }
 
@@ -118,11 +126,12 @@ impl Fan {
         outcodes: u8,
         projector: &Projector,
     ) -> Self {
-        let mut corners = Room::default();
-        let polygon = projector.volume.clip(positions, outcodes, &mut corners);
-        let (len, area2) = (polygon.len(), polygon_area2(polygon, projector));
+        let corners = room_of(positions);
         let identity = Identity { provoking: 0, is_front_facing: false, primitive: 0 };
-        Self { vertices, positions, outcodes, corners, len, identity, area2, next: 1 }
+        let mut fan = Self { vertices, positions, outcodes, corners, len: 3, identity, area2: 0, next: 1 };
+        fan.len = projector.volume.clip(&mut fan.corners, outcodes);
+        fan.area2 = polygon_area2(fan.polygon(), projector, &mut [ProjectedVertex::BLANK; 3]);
+        fan
     }
 
     fn polygon(&self) -> &[Corner] {
@@ -148,7 +157,8 @@ impl Fan {
     pub(crate) fn next(&mut self, projector: &Projector) -> Option<Piece> {
         loop {
             let in_fan = self.next;
-            let (corners, area2) = project_piece(self.polygon(), in_fan, projector)?;
+            let mut corners = [ProjectedVertex::BLANK; 3];
+            let area2 = project_piece(self.polygon(), in_fan, projector, &mut corners)?;
             self.next += 1;
             // Rounding can turn a sliver over. What it would cover belongs to its neighbours.
             if area2.signum() == self.area2.signum() {
@@ -165,6 +175,6 @@ impl Fan {
 
     /// Where a piece's corners come from.
     pub(crate) fn history(&self, piece: usize) -> Option<History> {
-        Some(History::new(piece_of(self.polygon(), piece)?, self.positions))
+        Some(History::new(piece_of(self.polygon(), piece)?, each(self.positions, |p| p.w)))
     }
 }

@@ -4,10 +4,10 @@
 //! Triangles that have to be clipped, which are few, are drawn by a function of their own: the memory for that is taken
 //! only while one is drawn.
 
-use crate::clip::{Corner, Room};
+use crate::clip::room_of;
 use crate::depth::{DepthBias, DepthFormat, DepthTest};
-use crate::fan::{History, Piece, piece_of, polygon_area2, project_piece};
-use crate::fragment::{Fragment, Identity, Pedigree, Shading};
+use crate::fan::{History, piece_of, polygon_area2, project_piece};
+use crate::fragment::{Fragment, Identity, Shading, reorder};
 use crate::geometry::Facing;
 use crate::interpolate::Varyings;
 use crate::primitive::{Index, Triangle, Triangles};
@@ -16,7 +16,7 @@ use crate::setup::{Setup, sample_bounds, signed_area2};
 use crate::shade::DepthPlane;
 use crate::state::Statistics;
 use crate::target::Framebuffer;
-use crate::traverse::Solver;
+use crate::traverse::{Compact, solve_alone};
 use crate::triple::each;
 use crate::vertex::Attributes;
 
@@ -30,7 +30,9 @@ pub(crate) struct OneByOne<'a, F, T, S> {
     pub(crate) depth_bias: DepthBias,
     pub(crate) depth_limits: (f32, f32),
     pub(crate) shade: S,
-    pub(crate) statistics: Statistics,
+    /// How often the closure ran, and how often it discarded nothing.
+    pub(crate) fragments: u64,
+    pub(crate) samples_passed: u64,
 }
 
 /// Where its triangles come from.
@@ -51,53 +53,100 @@ impl<P: Positions, A> Vertices<P, A> {
         self.positions.clip(index).map(|position| self.projector.project(position)).unwrap_or_default()
     }
 
-    /// Makes of a triangle the next piece of what clipping leaves of it, if there is one.
+    /// Makes of a triangle the next piece of what clipping leaves of it, and tells what has become of it otherwise.
     ///
     /// It is clipped for each piece anew: so the polygon's 280 bytes of stack are free again while one is drawn.
     #[cold]
     #[inline(never)]
-    fn next_piece(
-        &self,
-        triangle: &Triangle,
-        outcodes: Outcodes,
-        piece: &mut Piece,
-        statistics: &mut Statistics,
-    ) -> Option<History> {
+    fn next_piece(&self, triangle: &Triangle, outcodes: Outcodes, part: &mut Part) -> Fate {
         let [Some(a), Some(b), Some(c)] = each(triangle.vertices, |index| self.positions.clip(index)) else {
-            return None;
+            return Fate::Invalid;
         };
-        let is_first = piece.in_fan == 0;
         if is_invalid(outcodes.any) {
-            statistics.invalid += u64::from(is_first);
-            return None;
+            return Fate::Invalid;
         }
-        let positions = self.projector.triangle_to_clip([a, b, c]);
-        let mut room: Room = [Corner { position: a, weights: [0.0; 3] }; 10];
-        let polygon = self.projector.volume.clip(positions, outcodes.any, &mut room);
+        let w = [a.w, b.w, c.w];
+        let mut room = room_of(self.projector.triangle_to_clip([a, b, c]));
+        let len = self.projector.volume.clip(&mut room, outcodes.any);
+        let polygon = room.get(..len).unwrap_or_default();
         if outcodes.all != 0 || polygon.is_empty() {
-            statistics.outside += u64::from(is_first);
-            return None;
+            return Fate::Outside;
         }
-        let whole = polygon_area2(polygon, &self.projector);
-        statistics.clipped += u64::from(is_first);
+        let whole = polygon_area2(polygon, &self.projector, &mut part.corners);
         if whole == 0 {
-            statistics.degenerate += u64::from(is_first);
-            return None;
+            return Fate::Degenerate;
         }
         if self.facing.culls(whole) {
-            statistics.culled += u64::from(is_first);
-            return None;
+            return Fate::Culled;
         }
+        part.identity = self.facing.identity(*triangle, whole, part.identity.primitive);
         loop {
-            piece.in_fan += 1;
-            (piece.corners, piece.area2) = project_piece(polygon, piece.in_fan, &self.projector)?;
+            part.in_fan += 1;
+            let Some(area2) = project_piece(polygon, part.in_fan, &self.projector, &mut part.corners) else {
+                break;
+            };
             // As in `Fan::next`.
-            if piece.area2.signum() == whole.signum() {
-                piece.identity = self.facing.identity(*triangle, whole, piece.identity.primitive);
-                return Some(History::new(piece_of(polygon, piece.in_fan)?, positions));
+            if area2.signum() == whole.signum() {
+                part.area2 = area2;
+                part.history = piece_of(polygon, part.in_fan).map(|corners| History::new(corners, w));
+                return Fate::Drawn;
             }
         }
+        Fate::Spent
     }
+}
+
+/// A triangle, or a piece of one that was clipped.
+#[derive(Debug)]
+struct Part {
+    corners: [ProjectedVertex; 3],
+    area2: i64,
+    identity: Identity,
+    /// Of a piece, its number from 1 on, and how it came about.
+    in_fan: usize,
+    history: Option<History>,
+}
+
+impl Part {
+    /// [`Setup::with_area2`], with branches: where three corners are twelve registers, choosing them takes longer.
+    #[inline(always)]
+    fn setup(&self) -> Setup {
+        let is_counter_clockwise = self.area2 < 0;
+        let [a, b, c] = self.corners;
+        let is_first =
+            |v: ProjectedVertex, w: ProjectedVertex| v.y() < w.y() || (v.y() == w.y() && v.x() <= w.x());
+        let first: u8 = if is_first(a, b) && is_first(a, c) {
+            0
+        } else if is_first(b, c) {
+            1
+        } else {
+            2
+        };
+        let (second, third) = match (first, is_counter_clockwise) {
+            (0, false) => (1, 2),
+            (1, false) => (2, 0),
+            (_, false) => (0, 1),
+            (0, true) => (2, 1),
+            (1, true) => (0, 2),
+            (_, true) => (1, 0),
+        };
+        let corner = |i: u8| self.corners.get(usize::from(i)).copied().unwrap_or_default();
+        let corners = [corner(first), corner(second), corner(third)];
+        Setup::of_corners(corners, first, is_counter_clockwise)
+    }
+}
+
+/// What becomes of a triangle that has to be clipped.
+#[derive(Clone, Copy, Debug)]
+enum Fate {
+    Invalid,
+    Outside,
+    Degenerate,
+    Culled,
+    /// There is a piece to be drawn.
+    Drawn,
+    /// There are no more.
+    Spent,
 }
 
 /// Which planes any and all vertices of a triangle lie outside of.
@@ -114,91 +163,109 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
         &mut self,
         triangles: Triangles<'_, I>,
         vertices: &Vertices<P, A>,
-    ) where
+    ) -> Statistics
+    where
         I: Index,
         P: Positions,
         A: Attributes<Value: Varyings>,
         S: FnMut(Fragment<'_, A::Value>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let first = triangles.first_number();
-        let mut number = first;
+        let mut number = triangles.first_number();
+        let (mut primitives, mut invalid, mut outside) = (0usize, 0usize, 0usize);
+        let (mut clipped, mut culled, mut degenerate) = (0usize, 0usize, 0usize);
         for triangle in triangles {
             let corners @ [a, b, c] = each(triangle.vertices, |index| vertices.fetch(index));
             let area2 = signed_area2(a, b, c);
             let identity = vertices.facing.identity(triangle, area2, number);
-            let mut piece = Piece { corners, area2, vertices: triangle.vertices, identity, in_fan: 0 };
+            let mut part = Part { corners, area2, identity, in_fan: 0, history: None };
             number = number.wrapping_add(1);
+            primitives += 1;
             if a.is_outside() | b.is_outside() | c.is_outside() {
                 let (p, q, r) = (a.outcode(), b.outcode(), c.outcode());
                 let outcodes = Outcodes { any: p | q | r, all: p & q & r };
-                while let Some(history) =
-                    vertices.next_piece(&triangle, outcodes, &mut piece, &mut self.statistics)
-                {
-                    self.draw_piece(&piece, Some(&history), &vertices.varyings);
+                let fate = loop {
+                    match vertices.next_piece(&triangle, outcodes, &mut part) {
+                        Fate::Drawn => self.draw_part(&part, triangle.vertices, &vertices.varyings),
+                        fate => break fate,
+                    }
+                };
+                match fate {
+                    Fate::Invalid => invalid += 1,
+                    Fate::Outside => outside += 1,
+                    Fate::Degenerate => (clipped, degenerate) = (clipped + 1, degenerate + 1),
+                    Fate::Culled => (clipped, culled) = (clipped + 1, culled + 1),
+                    Fate::Drawn | Fate::Spent => clipped += 1,
                 }
             } else if area2 == 0 {
-                self.statistics.degenerate += 1;
+                degenerate += 1;
             } else if vertices.facing.culls(area2) {
-                self.statistics.culled += 1;
+                culled += 1;
             } else {
-                self.draw_piece(&piece, None, &vertices.varyings);
+                self.draw_part(&part, triangle.vertices, &vertices.varyings);
             }
         }
-        self.statistics.primitives = u64::from(number.wrapping_sub(first));
+        Statistics {
+            primitives: primitives as u64,
+            invalid: invalid as u64,
+            outside: outside as u64,
+            clipped: clipped as u64,
+            culled: culled as u64,
+            degenerate: degenerate as u64,
+            fragments: self.fragments,
+            samples_passed: self.samples_passed,
+        }
     }
 
-    /// Draws a triangle, or a piece of one.
+    /// Draws a triangle, or a piece of one, with the values at the caller's vertices.
     #[inline(never)]
-    fn draw_piece<A, R>(&mut self, piece: &Piece, history: Option<&History>, varyings: &A)
+    fn draw_part<A, R>(&mut self, part: &Part, vertices: [usize; 3], varyings: &A)
     where
         A: Attributes<Value: Varyings>,
         S: FnMut(Fragment<'_, A::Value>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        if !self.may_cover(piece.corners) {
+        let &Part { corners: [a, b, c], identity, ref history, .. } = part;
+        let bounds @ [left, top, right, bottom] = sample_bounds(a, b, c);
+        let area = self.area;
+        if left.max(area[0]) >= right.min(area[2]) || top.max(area[1]) >= bottom.min(area[3]) {
             return;
         }
-        let [Some(a), Some(b), Some(c)] = each(piece.vertices, |index| varyings.fetch(index)) else { return };
-        let setup = Setup::with_area2(piece.corners, piece.area2);
-        let mut values = [a, b, c];
-        if let Some(history) = history {
-            history.interpolate(&mut values, piece.identity.provoking);
-        }
-        let pedigree = history.map(History::pedigree);
-        self.draw_setup(&setup, values, piece.identity, pedigree.as_ref());
-    }
-
-    /// Whether the bounding box holds a sample of the area.
-    #[inline(always)]
-    fn may_cover(&self, [a, b, c]: [ProjectedVertex; 3]) -> bool {
-        let ([left, top, right, bottom], area) = (sample_bounds(a, b, c), self.area);
-        (left.max(area[0]) < right.min(area[2])) & (top.max(area[1]) < bottom.min(area[3]))
+        let setup = part.setup();
+        let order = setup.order();
+        let vertices = match history {
+            None => reorder(vertices, order),
+            Some(_) => vertices,
+        };
+        let [Some(a), Some(b), Some(c)] = each(vertices, |index| varyings.fetch(index)) else { return };
+        let values = match history {
+            None => [a, b, c],
+            Some(history) => reorder(history.interpolate(&[a, b, c], identity.provoking), order),
+        };
+        let pedigree = history.as_ref().map(History::pedigree);
+        let shading = Shading::of_corners(&setup, values, identity, pedigree.as_ref());
+        self.draw_setup(&setup, bounds, &shading);
     }
 
     /// Draws a triangle that is set up.
     #[inline(always)]
-    pub(crate) fn draw_setup<V, R>(
-        &mut self,
-        setup: &Setup,
-        values: [V; 3],
-        identity: Identity,
-        pedigree: Option<&Pedigree>,
-    ) where
+    pub(crate) fn draw_setup<V, R>(&mut self, setup: &Setup, bounds: [i32; 4], shading: &Shading<'_, V>)
+    where
         V: Varyings,
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let ([a, b, c], area) = (setup.corners(), self.area);
-        let [_, top, _, bottom] = sample_bounds(a, b, c);
-        let (mut y, bottom) = (top.max(area[1]), bottom.min(area[3]));
-        let shading = Shading::new(setup, values, identity, pedigree);
+        let area = self.area;
+        let (mut y, bottom) = (bounds[1].max(area[1]), bounds[3].min(area[3]));
         let plane = DepthPlane::new::<F::Depth>(setup, self.depth_bias, self.depth_limits);
         let step = shading.step_x();
-        let solver = Solver::new(setup);
-        let (mut shaded, mut kept) = (0u32, 0u32);
+        let compact = Compact::new(setup, bounds);
+        let (mut shaded, mut discarded) = (0u32, 0u32);
         while y < bottom {
-            let rows = solver.solve(y, bottom);
+            let rows = match &compact {
+                Some(compact) => compact.solve(y),
+                None => solve_alone(setup, y),
+            };
             let (mut x, end, anchor) = (rows.start[0].max(area[0]), rows.end[0].min(area[2]), rows.anchor[0]);
             let edges = [rows.edges[0][0], rows.edges[1][0], rows.edges[2][0]];
             let (base, z) = (shading.sample(edges), plane.at_edges(edges[0], edges[1]));
@@ -221,14 +288,16 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
                     let new = F::Depth::from_depth(z);
                     if !F::Depth::IS_STORED || self.test.passes(new, *depth) {
                         let at = base.moved(step, dx);
-                        let fragment = Fragment { triangle: &shading, at, x: at_x, y, depth: z };
+                        let fragment = Fragment { triangle: shading, at, x: at_x, y, depth: z };
                         shaded += 1;
-                        if let Some(result) = (self.shade)(fragment, *color).into() {
-                            kept += 1;
-                            *color = result;
-                            if self.test.writes() {
-                                *depth = new;
+                        match (self.shade)(fragment, *color).into() {
+                            Some(result) => {
+                                *color = result;
+                                if self.test.writes() {
+                                    *depth = new;
+                                }
                             }
+                            None => discarded += 1,
                         }
                     }
                     // Whole numbers: as exact as a conversion.
@@ -239,7 +308,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
             }
             y += 1;
         }
-        self.statistics.fragments += u64::from(shaded);
-        self.statistics.samples_passed += u64::from(kept);
+        self.fragments += u64::from(shaded);
+        self.samples_passed += u64::from(shaded - discarded);
     }
 }

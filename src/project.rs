@@ -133,20 +133,19 @@ pub(crate) fn round(x: f32) -> i32 {
 /// Everything that projection needs, worked out once a draw.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Projector {
-    transform: ViewportTransform,
     pub(crate) volume: ClipVolume,
     clip_depth: ClipDepth,
 }
 
 impl Projector {
     pub(crate) fn new(viewport: &Viewport, clip_depth: ClipDepth, depth_clip: DepthClip) -> Self {
-        Self { transform: viewport.transform(), volume: ClipVolume::new(viewport, depth_clip), clip_depth }
+        Self { volume: ClipVolume::new(viewport, depth_clip), clip_depth }
     }
 
     /// Framebuffer coordinates, before rounding, and 1/w.
     #[inline(always)]
     fn to_framebuffer(self, p: Vec4) -> ([f32; 3], f32) {
-        let ViewportTransform { scale, offset } = self.transform;
+        let ViewportTransform { scale, offset } = self.volume.transform;
         let inv_w = 1.0 / p.w;
         // A depth may be anything when it is clamped: keep it from overflowing.
         let z = clamp(p.z * inv_w, -1e12, 1e12);
@@ -168,7 +167,7 @@ impl Projector {
     /// Several positions at once, for the compiler to give each a SIMD lane: one loop a step, none with a branch.
     #[inline(always)]
     pub(crate) fn project_lanes<const N: usize>(&self, positions: [Vec4; N]) -> [ProjectedVertex; N] {
-        let ViewportTransform { scale, offset } = self.transform;
+        let ViewportTransform { scale, offset } = self.volume.transform;
         let (mut x, mut y, mut z, mut w) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
         for i in 0..N {
             [x[i], y[i], z[i], w[i]] = self.clip_depth.to_zero_to_one(positions[i]).to_array();

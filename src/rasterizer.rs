@@ -14,7 +14,7 @@ use crate::interpolate::Varyings;
 use crate::one_by_one::{OneByOne, Vertices};
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
-use crate::setup::Setup;
+use crate::setup::{Setup, sample_bounds};
 use crate::shade::{DepthPass, DepthPlane, LIST, PACKET, Packet, Shader, WINDOWS};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Framebuffer, Rect};
@@ -341,8 +341,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             let mut draw = self.one_by_one(target, area, shade);
             let vertices =
                 Vertices { positions, varyings, projector: self.projector(), facing: self.facing() };
-            draw.draw_triangles(primitives.triangles(count), &vertices);
-            return Ok(draw.statistics);
+            return Ok(draw.draw_triangles(primitives.triangles(count), &vertices));
         }
         let mut direct =
             Direct { geometry: self.geometry(primitives, positions, &varyings, area)?, varyings, fan: None };
@@ -424,7 +423,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             depth_bias: self.depth_bias,
             depth_limits: self.viewport.depth_limits(),
             shade,
-            statistics: Statistics::default(),
+            fragments: 0,
+            samples_passed: 0,
         }
     }
 
@@ -447,9 +447,13 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         if !HAS_FLOAT_LANES {
             let mut draw = self.one_by_one(target, render_area, shade);
             while let Some(Drawable { setup, varyings, identity, pedigree }) = source.next() {
-                draw.draw_setup(&setup, varyings, identity, pedigree.as_ref());
+                let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
+                let [a, b, c] = setup.corners();
+                draw.draw_setup(&setup, sample_bounds(a, b, c), &shading);
             }
-            return draw.statistics;
+            statistics.fragments = draw.fragments;
+            statistics.samples_passed = draw.samples_passed;
+            return statistics;
         }
         // A colour to fill the packet's arrays with until there are others: any.
         let mut any = || target.run(render_area.x, render_area.y, 1).color.first().copied();
@@ -505,7 +509,7 @@ impl<V: Varyings> Drawable<V> {
         history: Option<History>,
     ) -> Self {
         if let Some(history) = &history {
-            history.interpolate(&mut varyings, identity.provoking);
+            varyings = history.interpolate(&varyings, identity.provoking);
         }
         Self { setup, varyings, identity, pedigree: history.as_ref().map(History::pedigree) }
     }

@@ -18,7 +18,7 @@ use core::hint::black_box;
 use core::ops::Range;
 
 use crate::depth::{DepthBias, DepthFormat, DepthTest, clamp};
-use crate::fragment::{Fragment, Sample, Shading};
+use crate::fragment::{Fragment, Sample, Shading, to_f32};
 use crate::interpolate::Varyings;
 use crate::setup::Setup;
 use crate::state::Statistics;
@@ -48,7 +48,7 @@ impl DepthPlane {
     pub(crate) fn new<D: DepthFormat>(setup: &Setup, bias: DepthBias, (low, high): (f32, f32)) -> Self {
         let [p, q, r] = each(setup.corners(), |corner| corner.depth());
         let more = [p - r, q - r];
-        let inv_area2 = 1.0 / setup.area2() as f32;
+        let inv_area2 = 1.0 / to_f32(setup.area2());
         let [edge_0, edge_1, _] = each(setup.edges(), |edge| edge.slope());
         let step =
             |i: usize| (edge_0[i] as f32 * 256.0 * more[0] + edge_1[i] as f32 * 256.0 * more[1]) * inv_area2;

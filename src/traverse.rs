@@ -4,16 +4,16 @@
 //! multiplication and then *decided* by evaluating the edge function, in integers, at the estimate: the spans are exactly
 //! the samples that [`EdgeFunction::covers`] accepts, for any triangle.
 //!
-//! Where there is SIMD, eight rows are solved at a time, one a lane. Triangles up to 63 pixels wide and high are solved in
-//! `f32`, where every number below is an integer under 2²⁴ and therefore exact ([`Small`]); elsewhere in `i32`
-//! ([`Compact`]). Larger ones are solved row by row in `i64` ([`Large`]). All find the same spans.
+//! Where there is SIMD, eight rows are solved at a time, one a lane: triangles up to 63 pixels wide and high in `f32`, where
+//! every number below is an integer under 2²⁴ and therefore exact ([`Small`]). Elsewhere those up to 1023 pixels are solved
+//! in `i32` ([`Compact`]). Larger ones are solved row by row in `i64` ([`Large`]). All find the same spans.
 
 #![expect(clippy::cast_possible_truncation, reason = "lanes are under 2⁴")]
 #![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
 
 use crate::edge::EdgeFunction;
 use crate::project::{ProjectedVertex, round};
-use crate::setup::Setup;
+use crate::setup::{Setup, sample_bounds};
 use crate::target::{DOMAIN, EXTENT, Rect};
 use crate::triple::each;
 
@@ -22,6 +22,9 @@ pub(crate) const LANES: usize = if HAS_FLOAT_LANES { 8 } else { 1 };
 
 /// The largest extent, in subpixels, of a triangle that is solved in `f32`.
 const SMALL: i32 = 63 << 8;
+
+/// The largest size, in pixels, of one that is solved in `i32`.
+const COMPACT: i32 = 1023;
 
 /// Whether the target works on several `f32` at once. Elsewhere integers are as fast, and where floats are emulated
 /// they are much faster. Both ways find the same spans.
@@ -129,12 +132,12 @@ pub(crate) enum Solver {
 impl Solver {
     #[inline(always)]
     pub(crate) fn new(setup: &Setup) -> Self {
-        if !is_small(setup) {
-            Self::Large(Large::new(setup))
-        } else if HAS_FLOAT_LANES {
-            Self::Small(Small::new(setup))
+        if HAS_FLOAT_LANES {
+            if is_small(setup) { Self::Small(Small::new(setup)) } else { Self::Large(Large::new(setup)) }
         } else {
-            Self::Compact(Compact::new(setup))
+            let [a, b, c] = setup.corners();
+            let compact = Compact::new(setup, sample_bounds(a, b, c));
+            compact.map_or_else(|| Self::Large(Large::new(setup)), Self::Compact)
         }
     }
 
@@ -270,80 +273,104 @@ impl Small {
     }
 }
 
-/// Edges of a triangle of at most [`SMALL`] subpixels, relative to the top left pixel of its bounds, all in `i32`: for
-/// targets without several `f32` at a time. |E| ≤ 2²⁹.
+/// Edges of a triangle of at most [`COMPACT`] pixels, relative to the top left pixel of its bounds, all in integers of
+/// 32 bits: for targets without several `f32` at a time.
+///
+/// As in [`Small`], floor((E + bias) / 256) keeps the sign test: its magnitude is at most 2 · 1024² · 256 = 2²⁹.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Compact {
     x: i32,
     y: i32,
     edges: [CompactEdge; 3],
     anchors_at_end: bool,
+    /// Whether edge functions at covered samples, which are at most twice the area, can exceed 32 bits.
+    is_wide: bool,
 }
 
-/// Change of an edge function by a pixel right and down, its value at the first sample, and its bias.
 #[derive(Clone, Copy, Debug)]
 struct CompactEdge {
-    step_x: i32,
-    step_y: i32,
-    first: i32,
-    bias: i32,
+    /// Change of floor((E + bias) / 256) by a pixel right and down, and its value at the first sample.
+    a: i32,
+    b: i32,
+    folded: i32,
+    /// The low bits of E there.
+    first: u32,
 }
 
 impl CompactEdge {
+    /// The edge from `p` to `q`, relative to the first sample.
     #[inline(always)]
-    fn new(p: [i32; 2], q: [i32; 2]) -> Self {
+    #[expect(clippy::cast_possible_truncation, reason = "low bits, and at most 2²⁹")]
+    fn new(p: [i32; 2], q: [i32; 2], is_top_left: impl FnOnce(i32) -> bool) -> Self {
         let (a, b) = (p[1] - q[1], q[0] - p[0]);
-        let is_top_left = (a > 0) | ((a == 0) & (b > 0));
-        Self {
-            step_x: a << 8,
-            step_y: b << 8,
-            first: -(a * p[0] + b * p[1]),
-            bias: if is_top_left { 0 } else { -1 },
-        }
+        let first = i64::from(q[1] - p[1]) * i64::from(p[0]) + i64::from(p[0] - q[0]) * i64::from(p[1]);
+        let biased = first - i64::from(!is_top_left(a));
+        Self { a, b, folded: (biased >> 8) as i32, first: first as u32 }
     }
 
-    /// The first column at which the edge has changed its mind about a row, on which it starts with `at_zero`.
+    /// The first column at which the edge has changed its mind about a row, at whose start it is `e`.
     #[inline(always)]
-    fn crossing(self, at_zero: i32) -> i32 {
-        let e = at_zero + self.bias;
-        // The smallest x with e + x·step ≥ 0 is −⌊e / step⌋; with a falling edge, that with e − x·|step| < 0 is
-        // ⌊e / |step|⌋ + 1. A level edge is never asked.
-        let floor = e.checked_div_euclid(self.step_x.abs()).unwrap_or_default();
-        if self.step_x > 0 { -floor } else { floor + 1 }
+    fn crossing(self, e: i32) -> i32 {
+        // The smallest x with e + x·a ≥ 0 is −⌊e / a⌋; with a falling edge, that with e − x·|a| < 0 is ⌊e / |a|⌋ + 1. A
+        // level edge is never asked.
+        let floor = e.checked_div_euclid(self.a.wrapping_abs()).unwrap_or_default();
+        if self.a > 0 { -floor } else { floor + 1 }
+    }
+
+    /// E at a covered sample.
+    #[inline(always)]
+    fn at(self, column: i32, row: i32, is_wide: bool) -> f32 {
+        let moved = self.a.wrapping_mul(column).wrapping_add(self.b.wrapping_mul(row));
+        let low = self.first.wrapping_add((moved << 8) as u32);
+        if is_wide {
+            let rest = self.first.wrapping_sub((self.folded << 8) as u32);
+            let folded = i64::from(self.folded.wrapping_add(moved));
+            return ((folded << 8) + i64::from(rest)) as f32;
+        }
+        low as f32
     }
 }
 
 impl Compact {
+    /// The edges of a triangle whose samples lie in these bounds: left, top, right, bottom. None of one too large.
     #[inline(always)]
-    fn new(setup: &Setup) -> Self {
-        let bounds = setup.bounds();
-        let (x, y) = (bounds.x, bounds.y);
+    pub(crate) fn new(setup: &Setup, [x, y, right, bottom]: [i32; 4]) -> Option<Self> {
+        if right - x > COMPACT || bottom - y > COMPACT {
+            return None;
+        }
         let [p, q, r] = each(setup.corners(), |v| [v.x() - (x << 8) - 128, v.y() - (y << 8) - 128]);
-        let edges = [CompactEdge::new(q, r), CompactEdge::new(r, p), CompactEdge::new(p, q)];
-        Self { x, y, edges, anchors_at_end: anchors_at_end(setup) }
+        // Of a triangle in canonical order, the left side goes up, the right side down unless it is the top, and the third
+        // is never the top.
+        let edges = [
+            CompactEdge::new(q, r, |a| a > 0),
+            CompactEdge::new(r, p, |_| true),
+            CompactEdge::new(p, q, |a| a == 0),
+        ];
+        let is_wide = setup.area2() > i64::from(u32::MAX);
+        Some(Self { x, y, edges, anchors_at_end: anchors_at_end(setup), is_wide })
     }
 
     /// The row at `y`; others stay empty.
     #[inline(always)]
-    fn solve(&self, y: i32) -> Rows {
+    pub(crate) fn solve(&self, y: i32) -> Rows {
         let row = y - self.y;
         let [other, left, right] = self.edges;
-        let [e0, e1, e2] = each(self.edges, |edge| edge.first + edge.step_y * row);
+        let [e0, e1, e2] = each(self.edges, |edge| edge.folded + edge.b * row);
         // The sides are known, as in `Small`.
         let mut start = left.crossing(e1);
-        let mut end = if right.step_x < 0 { right.crossing(e2) } else { i32::MAX };
-        if other.step_x > 0 {
+        let mut end = if right.a < 0 { right.crossing(e2) } else { i32::MAX };
+        if other.a > 0 {
             start = start.max(other.crossing(e0));
-        } else if other.step_x < 0 {
+        } else if other.a < 0 {
             end = end.min(other.crossing(e0));
         }
         let anchor = if self.anchors_at_end { end.wrapping_sub(1) } else { start };
-        let at = |e: i32, edge: CompactEdge| e.wrapping_add(edge.step_x.wrapping_mul(anchor)) as f32;
         let mut rows = Rows::EMPTY;
         rows.start[0] = self.x + start;
         rows.end[0] = self.x.wrapping_add(end);
         rows.anchor[0] = self.x.wrapping_add(anchor);
-        (rows.edges[0][0], rows.edges[1][0], rows.edges[2][0]) = (at(e0, other), at(e1, left), at(e2, right));
+        let [f0, f1, f2] = each(self.edges, |edge| edge.at(anchor, row, self.is_wide));
+        (rows.edges[0][0], rows.edges[1][0], rows.edges[2][0]) = (f0, f1, f2);
         rows
     }
 }
@@ -473,6 +500,13 @@ impl Large {
     }
 }
 
+/// One row of a triangle of any size, without memory for what its rows have in common.
+#[cold]
+#[inline(never)]
+pub(crate) fn solve_alone(setup: &Setup, y: i32) -> Rows {
+    Large::new(setup).solve(y, y + 1)
+}
+
 /// The first column at which an edge that is not level has changed its mind about row `y`; at most one past the domain.
 fn crossing(edge: &EdgeFunction, inv_step: f32, y: i32) -> i32 {
     const BEYOND: f32 = (EXTENT + 1) as f32;
@@ -551,9 +585,12 @@ mod tests {
 
     #[test]
     fn compact_and_large_rows_are_the_same() {
-        for (size, step) in [(3, 1), (20, 1), (62, 1), (62, 128)] {
-            for setup in triangles(size, step, 1000) {
-                let (compact, large, bounds) = (Compact::new(&setup), Large::new(&setup), setup.bounds());
+        for (size, step) in [(3, 1), (20, 1), (62, 1), (62, 128), (300, 1), (1023, 1), (1023, 128)] {
+            for setup in triangles(size, step, if size < 100 { 1000 } else { 100 }) {
+                let bounds = setup.bounds();
+                let edges = [bounds.x, bounds.y, bounds.right(), bounds.bottom()];
+                let compact = Compact::new(&setup, edges).expect("it is not too large");
+                let large = Large::new(&setup);
                 for y in bounds.y..bounds.bottom() {
                     let row = |r: &Rows| {
                         let edges = r.edges.map(|e| e[0].to_bits());
