@@ -52,7 +52,8 @@ pub(crate) struct ClipVolume {
 /// A corner of what clipping leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Corner {
-    pub(crate) position: Vec4,
+    /// In clip space; of a `Vec4`, whose alignment is 16, the corner would take 32 bytes and not 28.
+    pub(crate) position: [f32; 4],
     /// Its perspective weights over the three vertices of the triangle.
     pub(crate) weights: [f32; 3],
 }
@@ -80,19 +81,21 @@ impl ClipVolume {
         if !position.to_array().iter().all(|c| (-COORDINATE_MAX..=COORDINATE_MAX).contains(c)) {
             return INVALID;
         }
-        (0..PLANES).fold(0, |code, plane| code | (u8::from(self.distance(plane, position) < 0.0) << plane))
+        (0..PLANES).fold(0, |code, plane| {
+            code | (u8::from(self.distance(plane, position.to_array()) < 0.0) << plane)
+        })
     }
 
     /// The signed distance to a plane in some unit: not negative inside, linear in the position.
-    fn distance(&self, plane: u8, p: Vec4) -> f32 {
+    fn distance(&self, plane: u8, [x, y, z, w]: [f32; 4]) -> f32 {
         let ViewportTransform { scale, offset } = self.transform;
-        let x = p.x * scale[0] + p.w * offset[0]; // framebuffer coordinate times w
-        let y = p.y * scale[1] + p.w * offset[1];
-        let side = p.w * self.guard_band;
+        let x = x * scale[0] + w * offset[0]; // framebuffer coordinate times w
+        let y = y * scale[1] + w * offset[1];
+        let side = w * self.guard_band;
         match plane {
-            0 => p.w - W_MIN,
-            1 if self.clips_depth => p.z,
-            2 if self.clips_depth => p.w - p.z,
+            0 => w - W_MIN,
+            1 if self.clips_depth => z,
+            2 if self.clips_depth => w - z,
             3 => side + x,
             4 => side - x,
             5 => side + y,
@@ -138,20 +141,23 @@ impl ClipVolume {
         reverse(front);
         reverse(back);
         reverse(corners);
-        let mut kept = corners.iter().take_while(|corner| distance(corner) >= 0.0).count();
-        let ends = [(kept.checked_sub(1)?, kept), (0, len - 1)];
-        let cuts = ends.map(|(inside, outside)| {
-            let (a, b) = (corners.get(inside)?, corners.get(outside)?);
-            let (cut, rounding) = Corner::between(a, b, distance(a), distance(b));
-            if plane == 0 { cut.on_eye_plane(rounding) } else { Some(cut) }
-        });
-        for cut in &cuts {
-            if let (Some(cut), Some(corner)) = (cut, room.get_mut(kept)) {
-                *corner = *cut;
-                kept += 1;
+        let kept = corners.iter().take_while(|corner| distance(corner) >= 0.0).count();
+        let (first, second) = (kept, kept + 1);
+        let mut count = kept;
+        // The second cut first: where the first will stand, its edge may end.
+        for (place, inside, outside) in [(second, 0, len - 1), (first, kept.checked_sub(1)?, kept)] {
+            let (a, b) = (room.get(inside)?, room.get(outside)?);
+            let (mut cut, rounding) = Corner::between(a, b, distance(a), distance(b));
+            let is_corner = plane != 0 || cut.settle_on_eye_plane(rounding);
+            if is_corner {
+                *room.get_mut(place)? = cut;
+                count += 1;
+            } else if place == first && count == second {
+                // Only the second: it moves up.
+                reverse(room.get_mut(first..=second)?);
             }
         }
-        Some(kept)
+        Some(count)
     }
 }
 
@@ -162,9 +168,9 @@ pub(crate) type Room = [Corner; 10];
 #[inline(always)]
 pub(crate) fn room_of([a, b, c]: [Vec4; 3]) -> Room {
     let [a, b, c] = [
-        Corner { position: a, weights: [1.0, 0.0, 0.0] },
-        Corner { position: b, weights: [0.0, 1.0, 0.0] },
-        Corner { position: c, weights: [0.0, 0.0, 1.0] },
+        Corner { position: a.to_array(), weights: [1.0, 0.0, 0.0] },
+        Corner { position: b.to_array(), weights: [0.0, 1.0, 0.0] },
+        Corner { position: c.to_array(), weights: [0.0, 0.0, 1.0] },
     ];
     [a, b, c, c, c, c, c, c, c, c]
 }
@@ -179,8 +185,8 @@ fn reverse(mut corners: &mut [Corner]) {
 }
 
 /// The larger of |x| and |y|.
-fn size(p: Vec4) -> f32 {
-    let (x, y) = (p.x.abs(), p.y.abs());
+fn size([x, y, _, _]: [f32; 4]) -> f32 {
+    let (x, y) = (x.abs(), y.abs());
     if x > y { x } else { y }
 }
 
@@ -195,17 +201,19 @@ impl Corner {
         let whole = da - db;
         let (ka, kb) = (-db / whole, da / whole);
         let ([p, q, r], [s, t, u]) = (a.weights, b.weights);
-        let (from_a, from_b) = (a.position * ka, b.position * kb);
-        let cut =
-            Self { position: from_a + from_b, weights: [p * ka + s * kb, q * ka + t * kb, r * ka + u * kb] };
+        let (from_a, from_b) = (a.position.map(|c| c * ka), b.position.map(|c| c * kb));
+        let [x, y, z, w] = from_a;
+        let position = [x + from_b[0], y + from_b[1], z + from_b[2], w + from_b[3]];
+        let cut = Self { position, weights: [p * ka + s * kb, q * ka + t * kb, r * ka + u * kb] };
         (cut, (size(from_a) + size(from_b)) * f32::EPSILON)
     }
 
     /// A cut at w ≈ 0, where w is far smaller than the rounding error of the cut: that may bring a w of zero or below. And
     /// of an edge that runs through the eye nothing but rounding is left, which would point anywhere: no corner then.
-    fn on_eye_plane(mut self, rounding: f32) -> Option<Self> {
-        self.position.w = if self.position.w > W_MIN { self.position.w } else { W_MIN };
-        (size(self.position) > rounding).then_some(self)
+    fn settle_on_eye_plane(&mut self, rounding: f32) -> bool {
+        let w = &mut self.position[3];
+        *w = if *w > W_MIN { *w } else { W_MIN };
+        size(self.position) > rounding
     }
 }
 
@@ -242,7 +250,7 @@ mod tests {
             Vec4::new(1.0, -1.0, 1.0, 1.0),
         ]);
         assert_eq!(corners.len(), 4, "{corners:?}");
-        let on_plane: Vec<_> = corners.iter().filter(|c| c.position.z == 0.0).collect();
+        let on_plane: Vec<_> = corners.iter().filter(|c| c.position[2] == 0.0).collect();
         assert_eq!(on_plane.len(), 2, "{corners:?}");
         assert!(on_plane.iter().all(|c| c.weights[0] == 0.5), "half way to the vertex behind: {corners:?}");
     }

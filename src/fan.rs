@@ -40,7 +40,7 @@ pub(crate) fn project_piece(
 ) -> Option<i64> {
     let corners = piece_of(polygon, piece)?;
     for (vertex, corner) in projected.iter_mut().zip(corners) {
-        *vertex = projector.project_clipped(corner.position);
+        *vertex = projector.project_clipped(Vec4::from_array(corner.position));
     }
     let [a, b, c] = *projected;
     Some(signed_area2(a, b, c))
@@ -64,16 +64,12 @@ pub(crate) fn polygon_area2(
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct History {
     /// Each one's perspective weights over the caller's vertices.
-    weights: [[f32; 3]; 3],
+    pub(crate) weights: [[f32; 3]; 3],
     /// The w of those.
-    w: [f32; 3],
+    pub(crate) w: [f32; 3],
 }
 
 impl History {
-    pub(crate) fn new(corners: [&Corner; 3], w: [f32; 3]) -> Self {
-        Self { weights: each(corners, |corner| corner.weights), w }
-    }
-
     /// The screen-linear weights of a corner with these perspective ones.
     #[inline(always)]
     fn barycentrics(&self, [a, b, c]: [f32; 3]) -> [f32; 3] {
@@ -175,6 +171,7 @@ impl Fan {
 
     /// Where a piece's corners come from.
     pub(crate) fn history(&self, piece: usize) -> Option<History> {
-        Some(History::new(piece_of(self.polygon(), piece)?, each(self.positions, |p| p.w)))
+        let weights = each(piece_of(self.polygon(), piece)?, |corner| corner.weights);
+        Some(History { weights, w: each(self.positions, |position| position.w) })
     }
 }

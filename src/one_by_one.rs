@@ -4,7 +4,7 @@
 //! Triangles that have to be clipped, which are few, are drawn by a function of their own: the memory for that is taken
 //! only while one is drawn.
 
-use crate::clip::room_of;
+use crate::clip::{Corner, Room};
 use crate::depth::{DepthBias, DepthFormat, DepthTest};
 use crate::fan::{History, piece_of, polygon_area2, project_piece};
 use crate::fragment::{Fragment, Identity, Shading, reorder};
@@ -59,14 +59,19 @@ impl<P: Positions, A> Vertices<P, A> {
     #[cold]
     #[inline(never)]
     fn next_piece(&self, triangle: &Triangle, outcodes: Outcodes, part: &mut Part) -> Fate {
-        let [Some(a), Some(b), Some(c)] = each(triangle.vertices, |index| self.positions.clip(index)) else {
-            return Fate::Invalid;
-        };
         if is_invalid(outcodes.any) {
             return Fate::Invalid;
         }
-        let w = [a.w, b.w, c.w];
-        let mut room = room_of(self.projector.triangle_to_clip([a, b, c]));
+        let mut room: Room = [Corner { position: [1.0; 4], weights: [0.0; 3] }; 10];
+        let mut w = [0.0; 3];
+        for (i, index) in triangle.vertices.into_iter().enumerate() {
+            let (Some(corner), Some(position)) = (room.get_mut(i), self.positions.clip(index)) else {
+                return Fate::Invalid;
+            };
+            corner.position = self.projector.to_clip(position).to_array();
+            corner.weights[i] = 1.0;
+            w[i] = position.w;
+        }
         let len = self.projector.volume.clip(&mut room, outcodes.any);
         let polygon = room.get(..len).unwrap_or_default();
         if outcodes.all != 0 || polygon.is_empty() {
@@ -88,7 +93,9 @@ impl<P: Positions, A> Vertices<P, A> {
             // As in `Fan::next`.
             if area2.signum() == whole.signum() {
                 part.area2 = area2;
-                part.history = piece_of(polygon, part.in_fan).map(|corners| History::new(corners, w));
+                if let Some([a, b, c]) = piece_of(polygon, part.in_fan) {
+                    part.history = Some(History { weights: [a.weights, b.weights, c.weights], w });
+                }
                 return Fate::Drawn;
             }
         }

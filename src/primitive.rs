@@ -173,12 +173,14 @@ impl<I: Index> Primitives<'_, I> {
         all.min(self.end).saturating_sub(self.first)
     }
 
+    #[inline(always)]
     fn restarts(&self) -> bool {
         self.restart && self.indices.is_some()
     }
 
     /// Where the vertices of these triangles stand in the sequence of `len`: from one position to before another, and for
     /// a fan at its start as well.
+    #[inline(always)]
     fn used(&self, len: usize) -> (usize, usize) {
         let (start, end) = match self.topology {
             _ if self.restarts() => (0, len),
@@ -190,6 +192,7 @@ impl<I: Index> Primitives<'_, I> {
     }
 
     /// The first position at which an index is out of range for `vertices` vertices, and that index.
+    #[inline(always)]
     pub(crate) fn first_out_of_range(&self, vertices: usize) -> Option<(usize, usize)> {
         let all = self.indices?;
         let (start, end) = self.used(all.len());
