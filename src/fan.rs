@@ -38,15 +38,15 @@ pub(crate) fn project_piece(
     projector: &Projector,
     projected: &mut [ProjectedVertex; 3],
 ) -> Option<i64> {
-    let corners = piece_of(polygon, piece)?;
-    for (vertex, corner) in projected.iter_mut().zip(corners) {
-        *vertex = projector.project_clipped(Vec4::from_array(corner.position));
+    for (vertex, &corner) in projected.iter_mut().zip(&[0, piece, piece + 1]) {
+        *vertex = projector.project_clipped(&polygon.get(corner)?.position);
     }
     let [a, b, c] = *projected;
     Some(signed_area2(a, b, c))
 }
 
 /// Twice the signed area of a polygon on the subpixel grid. What it leaves in `projected` means nothing.
+#[inline(always)]
 pub(crate) fn polygon_area2(
     polygon: &[Corner],
     projector: &Projector,
@@ -70,6 +70,10 @@ pub(crate) struct History {
 }
 
 impl History {
+    /// Of a triangle that was not clipped.
+    pub(crate) const WHOLE: Self =
+        Self { weights: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], w: [1.0; 3] };
+
     /// The screen-linear weights of a corner with these perspective ones.
     #[inline(always)]
     fn barycentrics(&self, [a, b, c]: [f32; 3]) -> [f32; 3] {

@@ -45,12 +45,24 @@ pub(crate) struct Vertices<P, A> {
 }
 
 impl<P: Positions, A> Vertices<P, A> {
-    /// A vertex on the subpixel grid.
-    fn fetch(&self, index: usize) -> ProjectedVertex {
+    /// A triangle's vertices on the subpixel grid.
+    #[inline(always)]
+    fn fetch(&self, vertices: [usize; 3], [a, b, c]: &mut [ProjectedVertex; 3]) {
         if P::ARE_PROJECTED {
-            return self.positions.projected(index).unwrap_or_default();
+            [*a, *b, *c] = each(vertices, |index| self.positions.projected(index).unwrap_or_default());
+        } else {
+            let [i, j, k] = vertices;
+            self.project(i, a);
+            self.project(j, b);
+            self.project(k, c);
         }
-        self.positions.clip(index).map(|position| self.projector.project(position)).unwrap_or_default()
+    }
+
+    /// Written where it shall stand: a value that is returned stands in the caller's frame first.
+    #[inline(never)]
+    fn project(&self, index: usize, vertex: &mut ProjectedVertex) {
+        *vertex =
+            self.positions.clip(index).map(|position| self.projector.project(position)).unwrap_or_default();
     }
 
     /// Makes of a triangle the next piece of what clipping leaves of it, and tells what has become of it otherwise.
@@ -63,14 +75,13 @@ impl<P: Positions, A> Vertices<P, A> {
             return Fate::Invalid;
         }
         let mut room: Room = [Corner { position: [1.0; 4], weights: [0.0; 3] }; 10];
-        let mut w = [0.0; 3];
-        for (i, index) in triangle.vertices.into_iter().enumerate() {
+        for (i, &index) in triangle.vertices.iter().enumerate() {
             let (Some(corner), Some(position)) = (room.get_mut(i), self.positions.clip(index)) else {
                 return Fate::Invalid;
             };
             corner.position = self.projector.to_clip(position).to_array();
             corner.weights[i] = 1.0;
-            w[i] = position.w;
+            part.history.w[i] = position.w;
         }
         let len = self.projector.volume.clip(&mut room, outcodes.any);
         let polygon = room.get(..len).unwrap_or_default();
@@ -94,7 +105,7 @@ impl<P: Positions, A> Vertices<P, A> {
             if area2.signum() == whole.signum() {
                 part.area2 = area2;
                 if let Some([a, b, c]) = piece_of(polygon, part.in_fan) {
-                    part.history = Some(History { weights: [a.weights, b.weights, c.weights], w });
+                    part.history.weights = [a.weights, b.weights, c.weights];
                 }
                 return Fate::Drawn;
             }
@@ -111,7 +122,7 @@ struct Part {
     identity: Identity,
     /// Of a piece, its number from 1 on, and how it came about.
     in_fan: usize,
-    history: Option<History>,
+    history: History,
 }
 
 impl Part {
@@ -181,11 +192,19 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
         let mut number = triangles.first_number();
         let (mut primitives, mut invalid, mut outside) = (0usize, 0usize, 0usize);
         let (mut clipped, mut culled, mut degenerate) = (0usize, 0usize, 0usize);
+        let mut part = Part {
+            corners: [ProjectedVertex::BLANK; 3],
+            area2: 0,
+            identity: Identity { provoking: 0, is_front_facing: false, primitive: 0 },
+            in_fan: 0,
+            history: History::WHOLE,
+        };
         for triangle in triangles {
-            let corners @ [a, b, c] = each(triangle.vertices, |index| vertices.fetch(index));
-            let area2 = signed_area2(a, b, c);
-            let identity = vertices.facing.identity(triangle, area2, number);
-            let mut part = Part { corners, area2, identity, in_fan: 0, history: None };
+            vertices.fetch(triangle.vertices, &mut part.corners);
+            let [a, b, c] = part.corners;
+            part.area2 = signed_area2(a, b, c);
+            part.identity = vertices.facing.identity(triangle, part.area2, number);
+            part.in_fan = 0;
             number = number.wrapping_add(1);
             primitives += 1;
             if a.is_outside() | b.is_outside() | c.is_outside() {
@@ -204,9 +223,9 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
                     Fate::Culled => (clipped, culled) = (clipped + 1, culled + 1),
                     Fate::Drawn | Fate::Spent => clipped += 1,
                 }
-            } else if area2 == 0 {
+            } else if part.area2 == 0 {
                 degenerate += 1;
-            } else if vertices.facing.culls(area2) {
+            } else if vertices.facing.culls(part.area2) {
                 culled += 1;
             } else {
                 self.draw_part(&part, triangle.vertices, &vertices.varyings);
@@ -232,14 +251,14 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
         S: FnMut(Fragment<'_, A::Value>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let &Part { corners: [a, b, c], identity, ref history, .. } = part;
+        let &Part { corners: [a, b, c], identity, in_fan, .. } = part;
         let bounds @ [left, top, right, bottom] = sample_bounds(a, b, c);
         let area = self.area;
         if left.max(area[0]) >= right.min(area[2]) || top.max(area[1]) >= bottom.min(area[3]) {
             return;
         }
         let setup = part.setup();
-        let order = setup.order();
+        let (order, history) = (setup.order(), (in_fan > 0).then_some(&part.history));
         let vertices = match history {
             None => reorder(vertices, order),
             Some(_) => vertices,
@@ -249,7 +268,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
             None => [a, b, c],
             Some(history) => reorder(history.interpolate(&[a, b, c], identity.provoking), order),
         };
-        let pedigree = history.as_ref().map(History::pedigree);
+        let pedigree = history.map(History::pedigree);
         let shading = Shading::of_corners(&setup, values, identity, pedigree.as_ref());
         self.draw_setup(&setup, bounds, &shading);
     }

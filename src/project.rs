@@ -202,15 +202,15 @@ impl Projector {
     fn outside(&self, position: Vec4) -> ProjectedVertex {
         match self.volume.outcode(position) {
             // Outside after rounding, inside before: it lies on the border.
-            0 => self.project_clipped(position),
+            0 => self.project_clipped(&position.to_array()),
             outcode => ProjectedVertex { x: OUTSIDE, y: i32::from(outcode), z: 0.0, inv_w: 0.0 },
         }
     }
 
     /// A position that clipping has left, whose depth is already 0 ≤ z ≤ w.
     #[inline(never)]
-    pub(crate) fn project_clipped(&self, position: Vec4) -> ProjectedVertex {
-        let ([x, y, z], inv_w) = self.to_framebuffer(position);
+    pub(crate) fn project_clipped(&self, position: &[f32; 4]) -> ProjectedVertex {
+        let ([x, y, z], inv_w) = self.to_framebuffer(Vec4::from_array(*position));
         let snap = |x: f32| snap(clamp(x, -GUARD_BAND, GUARD_BAND));
         ProjectedVertex { x: snap(x), y: snap(y), z, inv_w }
     }

@@ -181,6 +181,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     }
 
     /// The pixels that a draw may touch: viewport ∩ scissor ∩ the framebuffer's area.
+    #[inline(always)]
     pub fn render_area(&self, target: &impl Framebuffer) -> Rect {
         self.render_area_in(target.area())
     }
@@ -335,14 +336,14 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let area = self.render_area(target);
         if !HAS_FLOAT_LANES {
             let count = vertex_count(&primitives, &positions, &varyings)?;
-            let mut draw = self.one_by_one(target, area, shade);
+            let mut draw = self.one_by_one(target, shade);
             let vertices =
                 Vertices { positions, varyings, projector: self.projector(), facing: self.facing() };
             return Ok(draw.draw_triangles(primitives.triangles(count), &vertices));
         }
+        let area = self.render_area(target);
         let mut direct =
             Direct { geometry: self.geometry(primitives, positions, &varyings, area)?, varyings, fan: None };
         let mut statistics = self.draw_triangles(target, &mut direct, shade);
@@ -415,7 +416,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 
     /// What a draw without SIMD works with.
     #[inline(always)]
-    fn one_by_one<'a, F, S>(&self, target: &'a mut F, area: Rect, shade: S) -> OneByOne<'a, F, T, S> {
+    fn one_by_one<'a, F: Framebuffer, S>(&self, target: &'a mut F, shade: S) -> OneByOne<'a, F, T, S> {
+        let area = self.render_area(target);
         OneByOne {
             target,
             area: [area.x, area.y, area.right(), area.bottom()],
@@ -441,11 +443,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let (target_area, render_area) = (target.area(), self.render_area(target));
-        let limits = self.viewport.depth_limits();
         let mut statistics = Statistics::default();
         if !HAS_FLOAT_LANES {
-            let mut draw = self.one_by_one(target, render_area, shade);
+            let mut draw = self.one_by_one(target, shade);
             while let Some(Drawable { setup, varyings, identity, pedigree }) = source.next() {
                 let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
                 let [a, b, c] = setup.corners();
@@ -455,6 +455,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             statistics.samples_passed = draw.samples_passed;
             return statistics;
         }
+        let (target_area, render_area) = (target.area(), self.render_area(target));
+        let limits = self.viewport.depth_limits();
         // A colour to fill the packet's arrays with until there are others: any.
         let mut any = || target.run(render_area.x, render_area.y, 1).color.first().copied();
         let Some(color) = (if render_area.is_empty() { None } else { any() }) else {
