@@ -286,7 +286,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
         let plane = DepthPlane::new::<F::Depth>(setup, self.depth_bias, self.depth_limits);
         let step = shading.step_x();
         let compact = Compact::new(setup, bounds);
-        let (mut shaded, mut discarded) = (0u32, 0u32);
+        let (mut covered, mut hidden, mut discarded) = (0usize, 0usize, 0usize);
         while y < bottom {
             let rows = match &compact {
                 Some(compact) => compact.solve(y),
@@ -296,26 +296,31 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
             let edges = [rows.edges[0][0], rows.edges[1][0], rows.edges[2][0]];
             let (base, z) = (shading.sample(edges), plane.at_edges(edges[0], edges[1]));
             let dx = |x: i32| x.wrapping_sub(anchor) as f32;
-            // Depth is linear: inside of its limits at both ends, it needs no clamp between them. A row that leaves them
-            // is drawn a pixel at a time, each with a depth of its own.
-            let needs_clamp = x < end && !(plane.contains(z, dx(x)) && plane.contains(z, dx(end - 1)));
+            // Depth is linear, rounding included: inside of its limits at both ends, it needs no clamp between them. A row
+            // that leaves them is drawn a pixel at a time, each with a depth of its own.
+            let needs_clamp = F::Depth::IS_STORED
+                && x < end
+                && !(plane.contains(z, dx(x)) & plane.contains(z, dx(end - 1)));
             while x < end {
                 let (z, z_step, len) =
                     if needs_clamp { (plane.moved(z, dx(x)), 0.0, 1) } else { (z, plane.step_x(), end - x) };
                 let run = self.target.run(x, y, len as usize);
                 // No more than was asked for, if a framebuffer lends that.
                 let count = run.color.len().min(run.depth.len()).min(len as usize);
+                covered += count;
                 let colors = run.color.get_mut(..count).unwrap_or_default();
                 let depths = run.depth.get_mut(..count).unwrap_or_default();
                 let mut dx = dx(x);
                 let mut at_x = x;
                 for (color, depth) in colors.iter_mut().zip(depths) {
-                    let z = z + z_step * dx;
+                    // Without a depth buffer, depth is what the closure asks for, or nothing.
+                    let z = if F::Depth::IS_STORED { z + z_step * dx } else { plane.moved(z, dx) };
                     let new = F::Depth::from_depth(z);
-                    if !F::Depth::IS_STORED || self.test.passes(new, *depth) {
+                    if F::Depth::IS_STORED && !self.test.passes(new, *depth) {
+                        hidden += 1;
+                    } else {
                         let at = base.moved(step, dx);
                         let fragment = Fragment { triangle: shading, at, x: at_x, y, depth: z };
-                        shaded += 1;
                         match (self.shade)(fragment, *color).into() {
                             Some(result) => {
                                 *color = result;
@@ -334,7 +339,87 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
             }
             y += 1;
         }
-        self.fragments += u64::from(shaded);
-        self.samples_passed += u64::from(shaded - discarded);
+        self.fragments += (covered - hidden) as u64;
+        self.samples_passed += (covered - hidden - discarded) as u64;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::clip::DepthClip;
+    use crate::primitive::Primitives;
+    use crate::rasterizer::Rasterizer;
+    use crate::state::CullMode;
+    use crate::target::{Rect, Surface};
+    use crate::viewport::Viewport;
+    use glam::Vec4;
+    use std::vec::Vec;
+
+    /// Small and large triangles, many of them beyond the near and far planes or behind the eye.
+    fn triangles(count: usize) -> Vec<Vec4> {
+        let mut random = 1u32;
+        let mut next = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 8) as f32 / 16_777_216.0
+        };
+        let mut positions = Vec::new();
+        for i in 0..count {
+            let size = [0.05, 0.3, 2.0, 400.0][i % 4];
+            let (x, y, z) = (next() * 2.2 - 1.1, next() * 2.2 - 1.1, next() * 1.4 - 0.2);
+            for _ in 0..3 {
+                let w = if i % 7 == 0 { next() * 2.0 - 0.5 } else { 0.5 + next() };
+                let (dx, dy) = (size * (next() - 0.5), size * (next() - 0.5));
+                positions.push(Vec4::new(x + dx, y + dy, z + 0.3 * next(), 1.0) * w);
+            }
+        }
+        positions
+    }
+
+    /// Everything that a fragment tells, as one colour.
+    fn everything(fragment: Fragment<'_, [f32; 2]>) -> Option<[u32; 12]> {
+        let ([a, b, c], [d, e, f]) = (fragment.weights(), fragment.barycentrics());
+        let ([g, h], [i, _]) = (fragment.varyings(), fragment.varyings_dx());
+        let is_kept = fragment.x() % 5 != 2;
+        let floats = [a, b, c, d, e, f, g, h, i, fragment.depth(), fragment.inv_w()].map(f32::to_bits);
+        let number = fragment.primitive_index() * 2 + u32::from(fragment.is_front_facing());
+        let mut all = [number; 12];
+        all[..11].copy_from_slice(&floats);
+        is_kept.then_some(all)
+    }
+
+    #[test]
+    fn the_same_bits_as_packets() {
+        const SIZE: u32 = 96;
+        const PIXELS: usize = (SIZE * SIZE) as usize;
+        let positions = triangles(600);
+        let values: Vec<[f32; 2]> = positions.iter().map(|p| [p.x, p.z - p.y]).collect();
+        let viewport = Viewport::of_size(SIZE, SIZE).and_then(|whole| whole.with_depth_range(-0.0, 1.0));
+        let mut rasterizer = Rasterizer::<[f32; 2]>::new(viewport.expect("valid"));
+        rasterizer.scissor = Some(Rect { x: 3, y: 2, width: 90, height: 89 });
+        for depth_clip in [DepthClip::Clip, DepthClip::Clamp] {
+            for cull_mode in [CullMode::None, CullMode::Back] {
+                (rasterizer.depth_clip, rasterizer.cull_mode) = (depth_clip, cull_mode);
+                rasterizer.depth_bias = DepthBias { constant: 2.0, slope: 0.5, clamp: 0.0 };
+                let mut frames = [std::vec![[0; 12]; PIXELS], std::vec![[0; 12]; PIXELS]];
+                let mut depths = [std::vec![1.0f32; PIXELS], std::vec![1.0f32; PIXELS]];
+                let ([color_0, color_1], [depth_0, depth_1]) = (&mut frames, &mut depths);
+                let mut target = Surface::new(color_0, depth_0, SIZE, SIZE).expect("it fits");
+                let packets = rasterizer
+                    .draw(&mut target, Primitives::list(), &positions[..], &values[..], everything)
+                    .expect("nothing is wrong");
+                let mut target = Surface::new(color_1, depth_1, SIZE, SIZE).expect("it fits");
+                let list = Primitives::list();
+                let alone = rasterizer
+                    .draw_one_by_one(&mut target, list, &positions[..], &values[..], |f, _| everything(f))
+                    .expect("nothing is wrong");
+                assert_eq!(packets, alone, "statistics");
+                assert!(packets.clipped > 40 && packets.samples_passed > 5000, "{packets:?}");
+                let bits = |depths: &[f32]| depths.iter().map(|depth| depth.to_bits()).collect::<Vec<_>>();
+                assert!(bits(&depths[0]) == bits(&depths[1]), "depths, {depth_clip:?} {cull_mode:?}");
+                assert!(frames[0] == frames[1], "fragments, {depth_clip:?} {cull_mode:?}");
+            }
+        }
     }
 }

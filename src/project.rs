@@ -217,7 +217,7 @@ impl Projector {
 
     /// A position with depth in 0 ≤ z ≤ w.
     #[inline(always)]
-    pub(crate) fn to_clip(&self, position: Vec4) -> Vec4 {
+    pub(crate) fn to_clip(self, position: Vec4) -> Vec4 {
         self.clip_depth.to_zero_to_one(position)
     }
 

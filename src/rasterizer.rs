@@ -337,11 +337,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         R: Into<Option<F::Color>>,
     {
         if !HAS_FLOAT_LANES {
-            let count = vertex_count(&primitives, &positions, &varyings)?;
-            let mut draw = self.one_by_one(target, shade);
-            let vertices =
-                Vertices { positions, varyings, projector: self.projector(), facing: self.facing() };
-            return Ok(draw.draw_triangles(primitives.triangles(count), &vertices));
+            return self.draw_one_by_one(target, primitives, positions, varyings, shade);
         }
         let area = self.render_area(target);
         let mut direct =
@@ -412,6 +408,31 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     fn facing(&self) -> Facing {
         let Self { cull_mode, front_face, provoking_vertex, .. } = *self;
         Facing { cull_mode, front_face, provoking_vertex }
+    }
+
+    /// [`draw_over`](Self::draw_over) without SIMD.
+    #[inline(always)]
+    pub(crate) fn draw_one_by_one<F, I, P, A, S, R>(
+        &self,
+        target: &mut F,
+        primitives: Primitives<'_, I>,
+        positions: P,
+        varyings: A,
+        shade: S,
+    ) -> Result<Statistics, DrawError>
+    where
+        F: Framebuffer,
+        I: Index,
+        P: Positions,
+        A: Attributes<Value = V>,
+        S: FnMut(Fragment<'_, V>, F::Color) -> R,
+        R: Into<Option<F::Color>>,
+    {
+        let count = vertex_count(&primitives, &positions, &varyings)?;
+        let (projector, facing) = (self.projector(), self.facing());
+        let mut draw = self.one_by_one(target, shade);
+        let vertices = Vertices { positions, varyings, projector, facing };
+        Ok(draw.draw_triangles(primitives.triangles(count), &vertices))
     }
 
     /// What a draw without SIMD works with.

@@ -52,7 +52,7 @@ impl DepthPlane {
         let [edge_0, edge_1, _] = each(setup.edges(), |edge| edge.slope());
         let step =
             |i: usize| (edge_0[i] as f32 * 256.0 * more[0] + edge_1[i] as f32 * 256.0 * more[1]) * inv_area2;
-        let mut z = r + 0.0; // no −0, here or at any sample
+        let mut z = r;
         if bias != DepthBias::default() {
             let (dx, dy) = (step(0).abs(), step(1).abs());
             let larger = |a: f32, b: f32| if a > b { a } else { b };
@@ -75,7 +75,8 @@ impl DepthPlane {
 
     /// Whether it is inside the depth range `dx` columns right of where it is `z`.
     ///
-    /// Bits of floats from 0 on, as integers, are in the order of the floats; those of negative ones and of NaN come after.
+    /// Bits of floats from 0 on, as integers, are in the order of the floats; those of −0, of negative ones and of NaN come
+    /// after.
     #[inline(always)]
     pub(crate) fn contains(&self, z: f32, dx: f32) -> bool {
         let low = self.low.to_bits();

@@ -11,6 +11,8 @@
 #![expect(clippy::cast_possible_truncation, reason = "lanes are under 2⁴")]
 #![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
 
+use core::num::NonZeroU32;
+
 use crate::edge::EdgeFunction;
 use crate::project::{ProjectedVertex, round};
 use crate::setup::{Setup, sample_bounds};
@@ -273,61 +275,87 @@ impl Small {
     }
 }
 
-/// Edges of a triangle of at most [`COMPACT`] pixels, relative to the top left pixel of its bounds, all in integers of
-/// 32 bits: for targets without several `f32` at a time.
+/// Edges of a triangle of at most [`COMPACT`] pixels and 2³¹ squared subpixels, relative to the top left pixel of its
+/// bounds, all in integers of 32 bits: for targets without several `f32` at a time.
 ///
 /// As in [`Small`], floor((E + bias) / 256) keeps the sign test: its magnitude is at most 2 · 1024² · 256 = 2²⁹.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Compact {
     x: i32,
     y: i32,
-    edges: [CompactEdge; 3],
+    left: Side,
+    right: Side,
+    /// The third edge, which may be either or, where it is level, nothing.
+    other: Side,
+    other_is_left: bool,
+    /// Edges 0 and 1, and what all three sum up to.
+    edges: [Plane; 2],
+    area2: u32,
     anchors_at_end: bool,
-    /// Whether edge functions at covered samples, which are at most twice the area, can exceed 32 bits.
-    is_wide: bool,
 }
 
+/// Where a row crosses an edge: in column max(0, first + row · step) / divisor, rounded down.
 #[derive(Clone, Copy, Debug)]
-struct CompactEdge {
-    /// Change of floor((E + bias) / 256) by a pixel right and down, and its value at the first sample.
+struct Side {
+    first: i32,
+    step: i32,
+    divisor: NonZeroU32,
+}
+
+/// The low 32 bits of an edge function at the first sample, and its change by a pixel right and down, divided by 256.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    first: u32,
     a: i32,
     b: i32,
-    folded: i32,
-    /// The low bits of E there.
-    first: u32,
 }
 
-impl CompactEdge {
-    /// The edge from `p` to `q`, relative to the first sample.
+/// The edge from `p` to `q`, relative to the first sample, and floor((E + bias) / 256) there.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "low bits, and at most 2²⁹")]
+fn plane(p: [i32; 2], q: [i32; 2], is_top_left: impl FnOnce(i32) -> bool) -> (Plane, i32) {
+    let (a, b) = (p[1] - q[1], q[0] - p[0]);
+    let first = i64::from(q[1] - p[1]) * i64::from(p[0]) + i64::from(p[0] - q[0]) * i64::from(p[1]);
+    let folded = (first - i64::from(!is_top_left(a))) >> 8;
+    (Plane { first: first as u32, a, b }, folded as i32)
+}
+
+impl Side {
+    /// Of an edge that rises to the right: the smallest x with e + x·a ≥ 0, which is ⌊(a − 1 − e) / a⌋, or the first column.
     #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, reason = "low bits, and at most 2²⁹")]
-    fn new(p: [i32; 2], q: [i32; 2], is_top_left: impl FnOnce(i32) -> bool) -> Self {
-        let (a, b) = (p[1] - q[1], q[0] - p[0]);
-        let first = i64::from(q[1] - p[1]) * i64::from(p[0]) + i64::from(p[0] - q[0]) * i64::from(p[1]);
-        let biased = first - i64::from(!is_top_left(a));
-        Self { a, b, folded: (biased >> 8) as i32, first: first as u32 }
+    fn left((edge, folded): (Plane, i32)) -> Self {
+        Self { first: edge.a - 1 - folded, step: -edge.b, divisor: divisor(edge.a) }
     }
 
-    /// The first column at which the edge has changed its mind about a row, at whose start it is `e`.
+    /// Of one that falls: the smallest x with e − x·|a| < 0, which is ⌊(e + |a|) / |a|⌋, or the first column. Of one that is
+    /// level, beyond the last.
     #[inline(always)]
-    fn crossing(self, e: i32) -> i32 {
-        // The smallest x with e + x·a ≥ 0 is −⌊e / a⌋; with a falling edge, that with e − x·|a| < 0 is ⌊e / |a|⌋ + 1. A
-        // level edge is never asked.
-        let floor = e.checked_div_euclid(self.a.wrapping_abs()).unwrap_or_default();
-        if self.a > 0 { -floor } else { floor + 1 }
-    }
-
-    /// E at a covered sample.
-    #[inline(always)]
-    fn at(self, column: i32, row: i32, is_wide: bool) -> f32 {
-        let moved = self.a.wrapping_mul(column).wrapping_add(self.b.wrapping_mul(row));
-        let low = self.first.wrapping_add((moved << 8) as u32);
-        if is_wide {
-            let rest = self.first.wrapping_sub((self.folded << 8) as u32);
-            let folded = i64::from(self.folded.wrapping_add(moved));
-            return ((folded << 8) + i64::from(rest)) as f32;
+    fn right((edge, folded): (Plane, i32)) -> Self {
+        if edge.a == 0 {
+            return Self { first: i32::MAX, step: 0, divisor: NonZeroU32::MIN };
         }
-        low as f32
+        Self { first: folded - edge.a, step: edge.b, divisor: divisor(-edge.a) }
+    }
+
+    /// A row's column.
+    #[inline(always)]
+    fn crossing(self, row: i32) -> i32 {
+        let numerator = self.first.wrapping_add(self.step.wrapping_mul(row)).max(0);
+        (numerator as u32 / self.divisor) as i32
+    }
+}
+
+#[inline(always)]
+fn divisor(a: i32) -> NonZeroU32 {
+    NonZeroU32::new(a as u32).unwrap_or(NonZeroU32::MIN)
+}
+
+impl Plane {
+    /// At a covered sample, where no bits are higher.
+    #[inline(always)]
+    fn at(self, column: i32, row: i32) -> u32 {
+        let moved = self.a.wrapping_mul(column).wrapping_add(self.b.wrapping_mul(row));
+        self.first.wrapping_add((moved as u32) << 8)
     }
 }
 
@@ -335,42 +363,44 @@ impl Compact {
     /// The edges of a triangle whose samples lie in these bounds: left, top, right, bottom. None of one too large.
     #[inline(always)]
     pub(crate) fn new(setup: &Setup, [x, y, right, bottom]: [i32; 4]) -> Option<Self> {
+        let area2 = u32::try_from(setup.area2()).ok()?;
         if right - x > COMPACT || bottom - y > COMPACT {
             return None;
         }
         let [p, q, r] = each(setup.corners(), |v| [v.x() - (x << 8) - 128, v.y() - (y << 8) - 128]);
         // Of a triangle in canonical order, the left side goes up, the right side down unless it is the top, and the third
         // is never the top.
-        let edges = [
-            CompactEdge::new(q, r, |a| a > 0),
-            CompactEdge::new(r, p, |_| true),
-            CompactEdge::new(p, q, |a| a == 0),
-        ];
-        let is_wide = setup.area2() > i64::from(u32::MAX);
-        Some(Self { x, y, edges, anchors_at_end: anchors_at_end(setup), is_wide })
+        let (other, left, right) = (plane(q, r, |a| a > 0), plane(r, p, |_| true), plane(p, q, |a| a == 0));
+        let other_is_left = other.0.a > 0;
+        Some(Self {
+            x,
+            y,
+            left: Side::left(left),
+            right: Side::right(right),
+            other: if other_is_left { Side::left(other) } else { Side::right(other) },
+            other_is_left,
+            edges: [other.0, left.0],
+            area2,
+            anchors_at_end: anchors_at_end(setup),
+        })
     }
 
     /// The row at `y`; others stay empty.
     #[inline(always)]
     pub(crate) fn solve(&self, y: i32) -> Rows {
         let row = y - self.y;
-        let [other, left, right] = self.edges;
-        let [e0, e1, e2] = each(self.edges, |edge| edge.folded + edge.b * row);
-        // The sides are known, as in `Small`.
-        let mut start = left.crossing(e1);
-        let mut end = if right.a < 0 { right.crossing(e2) } else { i32::MAX };
-        if other.a > 0 {
-            start = start.max(other.crossing(e0));
-        } else if other.a < 0 {
-            end = end.min(other.crossing(e0));
-        }
+        let (left, right, other) =
+            (self.left.crossing(row), self.right.crossing(row), self.other.crossing(row));
+        let (start, end) =
+            if self.other_is_left { (left.max(other), right) } else { (left, right.min(other)) };
         let anchor = if self.anchors_at_end { end.wrapping_sub(1) } else { start };
+        let [e0, e1] = [self.edges[0].at(anchor, row), self.edges[1].at(anchor, row)];
+        let e2 = self.area2.wrapping_sub(e0).wrapping_sub(e1);
         let mut rows = Rows::EMPTY;
         rows.start[0] = self.x + start;
         rows.end[0] = self.x.wrapping_add(end);
         rows.anchor[0] = self.x.wrapping_add(anchor);
-        let [f0, f1, f2] = each(self.edges, |edge| edge.at(anchor, row, self.is_wide));
-        (rows.edges[0][0], rows.edges[1][0], rows.edges[2][0]) = (f0, f1, f2);
+        (rows.edges[0][0], rows.edges[1][0], rows.edges[2][0]) = (e0 as f32, e1 as f32, e2 as f32);
         rows
     }
 }
@@ -589,7 +619,10 @@ mod tests {
             for setup in triangles(size, step, if size < 100 { 1000 } else { 100 }) {
                 let bounds = setup.bounds();
                 let edges = [bounds.x, bounds.y, bounds.right(), bounds.bottom()];
-                let compact = Compact::new(&setup, edges).expect("it is not too large");
+                let Some(compact) = Compact::new(&setup, edges) else {
+                    assert!(setup.area2() > i64::from(u32::MAX), "it is too large: {setup:?}");
+                    continue;
+                };
                 let large = Large::new(&setup);
                 for y in bounds.y..bounds.bottom() {
                     let row = |r: &Rows| {
