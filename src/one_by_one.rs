@@ -1,8 +1,10 @@
 //! A draw where there is no SIMD: triangle by triangle, row by row, one fragment after the other.
 //!
 //! Nothing is collected into batches or packets, which takes less memory and less code; and the results are the same.
-//! Triangles that have to be clipped, which are few, are drawn by a function of their own: the memory for that is taken
-//! only while one is drawn.
+//!
+//! A microcontroller has kilobytes for its stack, and flash to spare for one copy of everything. So the frames that stand
+//! on one another are few and hold nothing twice: assembly and culling, below it either clipping or traversal and shading,
+//! which is the same function for a triangle and for a piece of one.
 
 use crate::clip::{Corner, Room};
 use crate::depth::{DepthBias, DepthFormat, DepthTest};
@@ -74,6 +76,9 @@ impl<P: Positions, A> Vertices<P, A> {
         if is_invalid(outcodes.any) {
             return Fate::Invalid;
         }
+        if outcodes.all != 0 {
+            return Fate::Outside;
+        }
         let mut room: Room = [Corner { position: [1.0; 4], weights: [0.0; 3] }; 10];
         for (i, &index) in triangle.vertices.iter().enumerate() {
             let (Some(corner), Some(position)) = (room.get_mut(i), self.positions.clip(index)) else {
@@ -85,7 +90,7 @@ impl<P: Positions, A> Vertices<P, A> {
         }
         let len = self.projector.volume.clip(&mut room, outcodes.any);
         let polygon = room.get(..len).unwrap_or_default();
-        if outcodes.all != 0 || polygon.is_empty() {
+        if polygon.is_empty() {
             return Fate::Outside;
         }
         let whole = polygon_area2(polygon, &self.projector, &mut part.corners);
