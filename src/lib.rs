@@ -53,6 +53,7 @@
 //! # Chapters
 //!
 //! * [How fast, and why](how_fast): the scenes, the numbers, and how to write a closure that becomes SIMD.
+//! * [On a microcontroller](on_a_microcontroller): memory, tiles, what to leave out, and what that saves.
 //!
 //! # Clearing
 //!
@@ -113,6 +114,9 @@ pub use viewport::{ClipDepth, Viewport, ViewportError};
 
 #[doc = include_str!("how_fast.md")]
 pub mod how_fast {}
+
+#[doc = include_str!("on_a_microcontroller.md")]
+pub mod on_a_microcontroller {}
 
 /// The README's code blocks are tests.
 #[cfg(doctest)]

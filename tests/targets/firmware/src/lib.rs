@@ -1,6 +1,8 @@
 //! The draws whose cost is measured: perspective-correct, depth-tested (`u16`, `Less`), RGB565, one smooth `Vec3`.
 #![no_std]
 
+pub mod extras;
+
 use halfplane::glam::{Vec3, Vec4};
 use halfplane::{Fragment, Primitives, Projected, Rasterizer, Statistics, Surface, Viewport, pack_rgb565};
 
