@@ -159,6 +159,7 @@ impl<'a, V: Varyings> Shading<'a, V> {
 ///
 /// Everything is computed when it is asked for. Numbers are the same bits however the frame is cut into tiles, and on
 /// every target. A function that takes one is written `fn shade(fragment: Fragment<'_, MyVaryings>) -> Color`.
+/// Mark it `#[inline(always)]`: a function that is called can become no SIMD, and nothing can be left out for it.
 ///
 /// # Examples
 /// ```

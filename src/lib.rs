@@ -24,6 +24,8 @@
 //! * What is interpolated is [`Varyings`]: numbers, vectors, arrays, tuples, your structs ([`varyings!`]); [`Flat`] and
 //!   [`NoPerspective`] qualify them.
 //! * The picture goes to a [`Framebuffer`]: [`Surface`] over your slices, or your own memory in three lines.
+//! * A frame in tiles or bands, one after the other or in threads of yours: [`Grid`] cuts it; [`Rasterizer::prepare`]
+//!   does the geometry once, into [`Record`]s; [`Rasterizer::bin`] says which of them touch which tile.
 //!
 //! # Conventions
 //!

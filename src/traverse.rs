@@ -33,6 +33,27 @@ pub(crate) const HAS_FLOAT_LANES: bool =
 /// The edge functions are known exactly at one of the samples that the triangle covers on this row, whether it lies in
 /// the area or not: the *anchor*. Everything else on the row is measured from there. So a number at (x, y) depends on
 /// the triangle and on (x, y) alone, and it never extrapolates from outside the triangle, however thin that is.
+///
+/// # Examples
+/// Barycentrics of every sample, and with them anything that is linear on the screen:
+/// ```
+/// use halfplane::{ProjectedVertex, Rect, Setup};
+/// # let vertex = |x, y| ProjectedVertex::new(x * 256, y * 256, 0.5, 1.0).unwrap();
+/// let triangle = Setup::new([vertex(0, 0), vertex(0, 64), vertex(64, 0)]).expect("it has an area");
+/// let inv_area2 = 1.0 / triangle.area2() as f32;
+/// triangle.for_each_span(Rect::of_size(64, 64), |span| {
+///     for x in span.start()..span.end() {
+///         let mut barycentrics = [0.0; 3]; // of the vertices in the order given to `Setup::new`
+///         for i in 0..3 {
+///             let edge = span.edges()[i] + triangle.edges()[i].step_x() as f32 * (x - span.anchor()) as f32;
+///             barycentrics[usize::from(triangle.order()[i])] = edge * inv_area2;
+///         }
+///         // The second vertex is at (0, 64): its barycentric is how far down the sample lies, from 0 to 1.
+///         assert_eq!(barycentrics[1], (span.y() as f32 + 0.5) / 64.0);
+///         assert!((barycentrics.iter().sum::<f32>() - 1.0).abs() < 1e-6);
+///     }
+/// });
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Span {
     y: i32,
@@ -71,7 +92,7 @@ impl Span {
         self.anchor
     }
 
-    /// The three edge functions at the anchor, each rounded once to `f32`.
+    /// The three edge functions at the anchor, in the order of [`Setup::edges`], each rounded once to `f32`.
     #[inline(always)]
     #[must_use]
     pub fn edges(&self) -> [f32; 3] {
@@ -90,6 +111,9 @@ pub(crate) struct Rows {
 
 impl Setup {
     /// Calls `visit` for each row of `area` on which the triangle covers samples, from the top.
+    ///
+    /// # Examples
+    /// See [`Setup`] for which pixels these are, and [`Span`] for barycentrics there.
     #[inline(always)]
     pub fn for_each_span(&self, area: Rect, mut visit: impl FnMut(Span)) {
         let area = area.intersection(DOMAIN);
