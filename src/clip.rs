@@ -35,9 +35,6 @@ pub(crate) const GUARD_BAND: f32 = EXTENT as f32;
 /// How far it may lie unless the viewport reaches farther: below 2¹⁴ pixels an `f32` is twice as fine as at them.
 const USUAL_GUARD_BAND: f32 = (EXTENT - 1) as f32;
 
-/// A triangle cut by seven planes has at most ten corners.
-const MAX_CORNERS: usize = 10;
-
 const PLANES: u8 = 7;
 
 /// Outcode bit of a position that is no point: NaN, infinite or beyond [`COORDINATE_MAX`].
@@ -46,7 +43,8 @@ pub(crate) const INVALID: u8 = 1 << PLANES;
 /// The part of clip space that is kept.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClipVolume {
-    transform: ViewportTransform,
+    /// To framebuffer coordinates.
+    pub(crate) transform: ViewportTransform,
     clips_depth: bool,
     guard_band: f32,
 }
@@ -54,7 +52,8 @@ pub(crate) struct ClipVolume {
 /// A corner of what clipping leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Corner {
-    pub(crate) position: Vec4,
+    /// In clip space; of a `Vec4`, whose alignment is 16, the corner would take 32 bytes and not 28.
+    pub(crate) position: [f32; 4],
     /// Its perspective weights over the three vertices of the triangle.
     pub(crate) weights: [f32; 3],
 }
@@ -82,19 +81,21 @@ impl ClipVolume {
         if !position.to_array().iter().all(|c| (-COORDINATE_MAX..=COORDINATE_MAX).contains(c)) {
             return INVALID;
         }
-        (0..PLANES).fold(0, |code, plane| code | (u8::from(self.distance(plane, position) < 0.0) << plane))
+        (0..PLANES).fold(0, |code, plane| {
+            code | (u8::from(self.distance(plane, position.to_array()) < 0.0) << plane)
+        })
     }
 
     /// The signed distance to a plane in some unit: not negative inside, linear in the position.
-    fn distance(&self, plane: u8, p: Vec4) -> f32 {
+    fn distance(&self, plane: u8, [x, y, z, w]: [f32; 4]) -> f32 {
         let ViewportTransform { scale, offset } = self.transform;
-        let x = p.x * scale[0] + p.w * offset[0]; // framebuffer coordinate times w
-        let y = p.y * scale[1] + p.w * offset[1];
-        let side = p.w * self.guard_band;
+        let x = x * scale[0] + w * offset[0]; // framebuffer coordinate times w
+        let y = y * scale[1] + w * offset[1];
+        let side = w * self.guard_band;
         match plane {
-            0 => p.w - W_MIN,
-            1 if self.clips_depth => p.z,
-            2 if self.clips_depth => p.w - p.z,
+            0 => w - W_MIN,
+            1 if self.clips_depth => z,
+            2 if self.clips_depth => w - z,
             3 => side + x,
             4 => side - x,
             5 => side + y,
@@ -103,116 +104,116 @@ impl ClipVolume {
         }
     }
 
-    /// What is left of a triangle, a convex polygon in the same winding order.
-    pub(crate) fn clip(&self, triangle: [Vec4; 3], outcodes: u8) -> Polygon {
-        let mut polygon = Polygon::of_triangle(triangle);
-        for plane in (0..PLANES).filter(|plane| outcodes >> plane & 1 == 1) {
-            polygon.cut(|corner| self.distance(plane, corner.position), plane == 0);
+    /// Cuts away of the triangle in `room` what lies outside of some planes. Gives how many corners are left: they stand at
+    /// its start, in the same winding order.
+    #[inline(never)]
+    pub(crate) fn clip(&self, room: &mut Room, planes: u8) -> usize {
+        let mut len = 3;
+        for plane in (0..PLANES).filter(|plane| planes >> plane & 1 == 1) {
+            len = self.cut(room, len, plane).unwrap_or_default();
         }
-        polygon
-    }
-}
-
-/// A convex polygon in clip space.
-#[derive(Clone, Debug)]
-pub(crate) struct Polygon {
-    corners: [Corner; MAX_CORNERS],
-    len: usize,
-}
-
-impl Polygon {
-    fn of_triangle([a, b, c]: [Vec4; 3]) -> Self {
-        let corner = |position, weights| Corner { position, weights };
-        let mut corners = [corner(a, [1.0, 0.0, 0.0]); MAX_CORNERS];
-        corners[1] = corner(b, [0.0, 1.0, 0.0]);
-        corners[2] = corner(c, [0.0, 0.0, 1.0]);
-        Self { corners, len: 3 }
+        len
     }
 
-    pub(crate) fn corners(&self) -> &[Corner] {
-        self.corners.get(..self.len).unwrap_or_default()
-    }
-
-    /// Keeps the part where `distance` is not negative.
+    /// Keeps the part of a polygon of `len` corners inside a plane: as many corners as it gives, or none.
     ///
     /// The corners outside follow one another, because the polygon is convex; two cuts take their place.
-    fn cut(&mut self, distance: impl Fn(&Corner) -> f32, is_eye_plane: bool) {
-        let is_inside = |corner: &Corner| distance(corner) >= 0.0;
-        let corners = self.corners.get_mut(..self.len).unwrap_or_default();
-        let inside = corners.iter().filter(|corner| is_inside(corner)).count();
-        if inside == corners.len() {
-            return;
+    fn cut(&self, room: &mut Room, len: usize, plane: u8) -> Option<usize> {
+        let corners = room.get_mut(..len)?;
+        let distance = |corner: &Corner| self.distance(plane, corner.position);
+        // The first corner inside after one outside.
+        let (mut start, mut outside) = (0, 0);
+        let mut was_inside = distance(corners.last()?) >= 0.0;
+        for (i, corner) in corners.iter().enumerate() {
+            let is_inside = distance(corner) >= 0.0;
+            if is_inside && !was_inside {
+                start = i;
+            }
+            outside += usize::from(!is_inside);
+            was_inside = is_inside;
         }
-        if inside == 0 {
-            self.len = 0;
-            return;
+        if outside == 0 {
+            return Some(len);
         }
-        // Turn the polygon so that it starts with the first corner inside after one outside. Three reversals: what
-        // `rotate_left` does in general costs a microcontroller 1.5 KiB.
-        let mut before = corners.last().is_some_and(is_inside);
-        let start = corners.iter().position(|corner| {
-            let enters = is_inside(corner) && !before;
-            before = is_inside(corner);
-            enters
-        });
-        let (front, back) = corners.split_at_mut_checked(start.unwrap_or(0)).unwrap_or_default();
-        front.reverse();
-        back.reverse();
-        corners.reverse();
-        let kept = corners.iter().take_while(|corner| is_inside(corner)).count();
-        let between = |inside: usize, outside: usize| {
-            let (a, b) = (corners.get(inside)?, corners.get(outside)?);
-            let (cut, rounding) = Corner::between(a, b, &distance);
-            if is_eye_plane { cut.on_eye_plane(rounding) } else { Some(cut) }
-        };
-        let cuts = [between(kept - 1, kept), between(0, corners.len() - 1)];
-        self.len = kept;
-        for cut in cuts.into_iter().flatten() {
-            if let Some(corner) = self.corners.get_mut(self.len) {
-                *corner = cut;
-                self.len += 1;
+        // Turn the polygon so that it starts there. Three reversals: what `rotate_left` does in general costs a
+        // microcontroller 1.5 KiB.
+        let (front, back) = corners.split_at_mut_checked(start)?;
+        reverse(front);
+        reverse(back);
+        reverse(corners);
+        let kept = corners.iter().take_while(|corner| distance(corner) >= 0.0).count();
+        let (first, second) = (kept, kept + 1);
+        let mut count = kept;
+        // The second cut first: where the first will stand, its edge may end.
+        for (place, inside, outside) in [(second, 0, len - 1), (first, kept.checked_sub(1)?, kept)] {
+            let (a, b) = (room.get(inside)?, room.get(outside)?);
+            let (mut cut, rounding) = Corner::between(a, b, distance(a), distance(b));
+            let is_corner = plane != 0 || cut.settle_on_eye_plane(rounding);
+            if is_corner {
+                *room.get_mut(place)? = cut;
+                count += 1;
+            } else if place == first && count == second {
+                // Only the second: it moves up.
+                reverse(room.get_mut(first..=second)?);
             }
         }
+        Some(count)
+    }
+}
+
+/// Where a triangle is clipped: one cut by seven planes has at most ten corners.
+pub(crate) type Room = [Corner; 10];
+
+/// A triangle, ready to be clipped.
+#[inline(always)]
+pub(crate) fn room_of([a, b, c]: [Vec4; 3]) -> Room {
+    let [a, b, c] = [
+        Corner { position: a.to_array(), weights: [1.0, 0.0, 0.0] },
+        Corner { position: b.to_array(), weights: [0.0, 1.0, 0.0] },
+        Corner { position: c.to_array(), weights: [0.0, 0.0, 1.0] },
+    ];
+    [a, b, c, c, c, c, c, c, c, c]
+}
+
+/// `slice::reverse`, in a tenth of its code.
+#[inline(never)]
+fn reverse(mut corners: &mut [Corner]) {
+    while let [first, rest @ .., last] = corners {
+        core::mem::swap(first, last);
+        corners = rest;
     }
 }
 
 /// The larger of |x| and |y|.
-fn size(p: Vec4) -> f32 {
-    let (x, y) = (p.x.abs(), p.y.abs());
+fn size([x, y, _, _]: [f32; 4]) -> f32 {
+    let (x, y) = (x.abs(), y.abs());
     if x > y { x } else { y }
 }
 
 impl Corner {
-    /// The point of an edge where `distance` is zero.
+    /// The point of an edge where the distance to a plane is zero, from those of its ends, which are of opposite signs.
     ///
     /// A weighted mean of both ends, not a step from one of them: the small end's rounding error does not grow with the
     /// large one, and since `+` commutes, both triangles at an edge compute the same bits whichever way they walk it.
     ///
     /// Also gives how far rounding may have moved it.
-    fn between(a: &Self, b: &Self, distance: &impl Fn(&Self) -> f32) -> (Self, f32) {
-        let (da, db) = (distance(a), distance(b)); // of opposite signs
+    fn between(a: &Self, b: &Self, da: f32, db: f32) -> (Self, f32) {
         let whole = da - db;
         let (ka, kb) = (-db / whole, da / whole);
         let ([p, q, r], [s, t, u]) = (a.weights, b.weights);
-        let (from_a, from_b) = (a.position * ka, b.position * kb);
-        let cut =
-            Self { position: from_a + from_b, weights: [p * ka + s * kb, q * ka + t * kb, r * ka + u * kb] };
+        let (from_a, from_b) = (a.position.map(|c| c * ka), b.position.map(|c| c * kb));
+        let [x, y, z, w] = from_a;
+        let position = [x + from_b[0], y + from_b[1], z + from_b[2], w + from_b[3]];
+        let cut = Self { position, weights: [p * ka + s * kb, q * ka + t * kb, r * ka + u * kb] };
         (cut, (size(from_a) + size(from_b)) * f32::EPSILON)
     }
 
     /// A cut at w ≈ 0, where w is far smaller than the rounding error of the cut: that may bring a w of zero or below. And
     /// of an edge that runs through the eye nothing but rounding is left, which would point anywhere: no corner then.
-    fn on_eye_plane(mut self, rounding: f32) -> Option<Self> {
-        self.position.w = if self.position.w > W_MIN { self.position.w } else { W_MIN };
-        (size(self.position) > rounding).then_some(self)
-    }
-
-    /// Its screen-linear weights over vertices whose w are these.
-    pub(crate) fn barycentrics(&self, w: [f32; 3]) -> [f32; 3] {
-        let [a, b, c] = self.weights;
-        let parts = [a * w[0], b * w[1], c * w[2]];
-        let whole = parts[0] + parts[1] + parts[2];
-        [parts[0] / whole, parts[1] / whole, parts[2] / whole]
+    fn settle_on_eye_plane(&mut self, rounding: f32) -> bool {
+        let w = &mut self.position[3];
+        *w = if *w > W_MIN { *w } else { W_MIN };
+        size(self.position) > rounding
     }
 }
 
@@ -236,7 +237,9 @@ mod tests {
     fn clip(triangle: [Vec4; 3]) -> Vec<Corner> {
         let volume = volume();
         let outcodes = triangle.iter().fold(0, |codes, &p| codes | volume.outcode(p));
-        volume.clip(triangle, outcodes).corners().to_vec()
+        let mut room = room_of(triangle);
+        let len = volume.clip(&mut room, outcodes);
+        room[..len].to_vec()
     }
 
     #[test]
@@ -247,7 +250,7 @@ mod tests {
             Vec4::new(1.0, -1.0, 1.0, 1.0),
         ]);
         assert_eq!(corners.len(), 4, "{corners:?}");
-        let on_plane: Vec<_> = corners.iter().filter(|c| c.position.z == 0.0).collect();
+        let on_plane: Vec<_> = corners.iter().filter(|c| c.position[2] == 0.0).collect();
         assert_eq!(on_plane.len(), 2, "{corners:?}");
         assert!(on_plane.iter().all(|c| c.weights[0] == 0.5), "half way to the vertex behind: {corners:?}");
     }

@@ -5,7 +5,7 @@
 
 use glam::Vec4;
 
-use crate::clip::{Corner, Polygon};
+use crate::clip::{Corner, Room, room_of};
 use crate::fragment::{Identity, Pedigree};
 use crate::interpolate::{Varyings, Weights};
 use crate::project::{ProjectedVertex, Projector};
@@ -25,6 +25,82 @@ pub(crate) struct Piece {
     pub(crate) in_fan: usize,
 }
 
+/// The corners of a piece of a polygon.
+pub(crate) fn piece_of(polygon: &[Corner], piece: usize) -> Option<[&Corner; 3]> {
+    Some([polygon.first()?, polygon.get(piece)?, polygon.get(piece + 1)?])
+}
+
+/// Puts them on the subpixel grid. Gives twice the signed area.
+#[inline(never)]
+pub(crate) fn project_piece(
+    polygon: &[Corner],
+    piece: usize,
+    projector: &Projector,
+    projected: &mut [ProjectedVertex; 3],
+) -> Option<i64> {
+    for (vertex, &corner) in projected.iter_mut().zip(&[0, piece, piece + 1]) {
+        *vertex = projector.project_clipped(&polygon.get(corner)?.position);
+    }
+    let [a, b, c] = *projected;
+    Some(signed_area2(a, b, c))
+}
+
+/// Twice the signed area of a polygon on the subpixel grid. What it leaves in `projected` means nothing.
+#[inline(always)]
+pub(crate) fn polygon_area2(
+    polygon: &[Corner],
+    projector: &Projector,
+    projected: &mut [ProjectedVertex; 3],
+) -> i64 {
+    let (mut area2, mut piece) = (0, 1);
+    while let Some(of_piece) = project_piece(polygon, piece, projector, projected) {
+        area2 += of_piece;
+        piece += 1;
+    }
+    area2
+}
+
+/// Where a piece's corners come from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct History {
+    /// Each one's perspective weights over the caller's vertices.
+    pub(crate) weights: [[f32; 3]; 3],
+    /// The w of those.
+    pub(crate) w: [f32; 3],
+}
+
+impl History {
+    /// Of a triangle that was not clipped.
+    pub(crate) const WHOLE: Self =
+        Self { weights: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], w: [1.0; 3] };
+
+    /// The screen-linear weights of a corner with these perspective ones.
+    #[inline(always)]
+    fn barycentrics(&self, [a, b, c]: [f32; 3]) -> [f32; 3] {
+        let parts = [a * self.w[0], b * self.w[1], c * self.w[2]];
+        let whole = parts[0] + parts[1] + parts[2];
+        [parts[0] / whole, parts[1] / whole, parts[2] / whole]
+    }
+
+    /// Both kinds of weights.
+    #[inline(always)]
+    pub(crate) fn pedigree(&self) -> Pedigree {
+        Pedigree {
+            weights: self.weights,
+            barycentrics: each(self.weights, |weights| self.barycentrics(weights)),
+        }
+    }
+
+    /// The values at the corners, from those at the vertices.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn interpolate<V: Varyings>(&self, values: &[V; 3], provoking: u8) -> [V; 3] {
+        each(self.weights, |weights| {
+            V::interpolate(values, &Weights::new(weights, self.barycentrics(weights), provoking))
+        })
+    }
+}
+
 /// What clipping leaves of a triangle, as a fan of triangles.
 #[derive(Debug)]
 pub(crate) struct Fan {
@@ -32,8 +108,9 @@ pub(crate) struct Fan {
     vertices: [usize; 3],
     positions: [Vec4; 3],
     outcodes: u8,
-    polygon: Polygon,
-    projector: Projector,
+    /// The polygon, as many as `len`.
+    corners: Room,
+    len: usize,
     pub(crate) identity: Identity,
     /// Twice the signed area of all of it.
     area2: i64,
@@ -42,21 +119,23 @@ pub(crate) struct Fan {
 }
 
 impl Fan {
+    #[inline(always)]
     pub(crate) fn new(
         vertices: [usize; 3],
         positions: [Vec4; 3],
         outcodes: u8,
-        projector: Projector,
+        projector: &Projector,
     ) -> Self {
-        let polygon = projector.volume.clip(positions, outcodes);
+        let corners = room_of(positions);
         let identity = Identity { provoking: 0, is_front_facing: false, primitive: 0 };
-        let mut fan = Self { vertices, positions, outcodes, polygon, projector, identity, area2: 0, next: 1 };
-        let mut piece = 1;
-        while let Some([a, b, c]) = fan.piece(piece) {
-            fan.area2 += signed_area2(a, b, c);
-            piece += 1;
-        }
+        let mut fan = Self { vertices, positions, outcodes, corners, len: 3, identity, area2: 0, next: 1 };
+        fan.len = projector.volume.clip(&mut fan.corners, outcodes);
+        fan.area2 = polygon_area2(fan.polygon(), projector, &mut [ProjectedVertex::BLANK; 3]);
         fan
+    }
+
+    fn polygon(&self) -> &[Corner] {
+        self.corners.get(..self.len).unwrap_or_default()
     }
 
     /// What it was made of: positions, and which planes they lie outside of.
@@ -66,7 +145,7 @@ impl Fan {
 
     /// Whether clipping leaves nothing.
     pub(crate) fn is_empty(&self) -> bool {
-        self.polygon.corners().is_empty()
+        self.len == 0
     }
 
     /// Twice the signed area of all of it, as it stands on the subpixel grid.
@@ -74,29 +153,14 @@ impl Fan {
         self.area2
     }
 
-    /// The w of the caller's vertices.
-    fn w(&self) -> [f32; 3] {
-        each(self.positions, |position| position.w)
-    }
-
-    fn corners(&self, piece: usize) -> Option<[&Corner; 3]> {
-        let corners = self.polygon.corners();
-        Some([corners.first()?, corners.get(piece)?, corners.get(piece + 1)?])
-    }
-
-    fn piece(&self, piece: usize) -> Option<[ProjectedVertex; 3]> {
-        Some(each(self.corners(piece)?, |corner| self.projector.project_clipped(corner.position)))
-    }
-
     #[inline(never)]
-    pub(crate) fn next(&mut self) -> Option<Piece> {
+    pub(crate) fn next(&mut self, projector: &Projector) -> Option<Piece> {
         loop {
             let in_fan = self.next;
-            let corners = self.piece(in_fan)?;
+            let mut corners = [ProjectedVertex::BLANK; 3];
+            let area2 = project_piece(self.polygon(), in_fan, projector, &mut corners)?;
             self.next += 1;
             // Rounding can turn a sliver over. What it would cover belongs to its neighbours.
-            let [a, b, c] = corners;
-            let area2 = signed_area2(a, b, c);
             if area2.signum() == self.area2.signum() {
                 return Some(Piece {
                     corners,
@@ -109,22 +173,9 @@ impl Fan {
         }
     }
 
-    /// How a piece's corners came about.
-    pub(crate) fn pedigree(&self, piece: usize) -> Option<Pedigree> {
-        let (corners, w) = (self.corners(piece)?, self.w());
-        Some(Pedigree {
-            weights: each(corners, |corner| corner.weights),
-            barycentrics: each(corners, |corner| corner.barycentrics(w)),
-        })
-    }
-
-    /// The values at a piece's corners, from those at the vertices.
-    pub(crate) fn varyings<V: Varyings>(&self, piece: usize, values: [V; 3]) -> [V; 3] {
-        let Some(corners) = self.corners(piece) else { return values };
-        each(corners, |corner| {
-            let weights =
-                Weights::new(corner.weights, corner.barycentrics(self.w()), self.identity.provoking);
-            V::interpolate(&values, &weights)
-        })
+    /// Where a piece's corners come from.
+    pub(crate) fn history(&self, piece: usize) -> Option<History> {
+        let weights = each(piece_of(self.polygon(), piece)?, |corner| corner.weights);
+        Some(History { weights, w: each(self.positions, |position| position.w) })
     }
 }

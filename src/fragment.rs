@@ -5,6 +5,7 @@
 
 use crate::interpolate::{Varyings, Weights};
 use crate::setup::Setup;
+use crate::traverse::HAS_FLOAT_LANES;
 use crate::triple::each;
 
 /// What all fragments of a triangle share.
@@ -75,6 +76,15 @@ pub(crate) struct Sample {
     pub(crate) m: f32,
 }
 
+/// `x as f32`, in a few instructions instead of forty where `i64` is emulated and `x` is small.
+#[inline(always)]
+pub(crate) fn to_f32(x: i64) -> f32 {
+    match i32::try_from(x) {
+        Ok(x) if !HAS_FLOAT_LANES => x as f32,
+        _ => x as f32,
+    }
+}
+
 /// Component by component.
 #[inline(always)]
 fn product(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
@@ -103,6 +113,17 @@ impl<'a, V: Varyings> Shading<'a, V> {
         identity: Identity,
         pedigree: Option<&'a Pedigree>,
     ) -> Self {
+        Self::of_corners(setup, reorder(varyings, setup.order()), identity, pedigree)
+    }
+
+    /// The same with the values in the order of the setup's corners.
+    #[inline(always)]
+    pub(crate) fn of_corners(
+        setup: &Setup,
+        varyings: [V; 3],
+        identity: Identity,
+        pedigree: Option<&'a Pedigree>,
+    ) -> Self {
         let order = setup.order();
         let slopes = each(setup.edges(), |edge| edge.slope());
         let provoking = match order {
@@ -111,11 +132,11 @@ impl<'a, V: Varyings> Shading<'a, V> {
             _ => 2,
         };
         Self {
-            varyings: reorder(varyings, order),
+            varyings,
             inv_w: each(setup.corners(), |corner| corner.inv_w()),
             step_x: each(slopes, |[a, _]| a as f32 * 256.0),
             step_y: each(slopes, |[_, b]| b as f32 * 256.0),
-            inv_area2: 1.0 / setup.area2() as f32,
+            inv_area2: 1.0 / to_f32(setup.area2()),
             provoking,
             order,
             is_front_facing: identity.is_front_facing,

@@ -28,13 +28,13 @@ impl Facing {
     }
 
     #[inline(always)]
-    fn culls(self, area2: i64) -> bool {
+    pub(crate) fn culls(self, area2: i64) -> bool {
         let is_front = self.is_front(area2);
         ((self.cull_mode == CullMode::Front) & is_front) | ((self.cull_mode == CullMode::Back) & !is_front)
     }
 
     #[inline(always)]
-    fn identity(self, triangle: Triangle, area2: i64, primitive: u32) -> Identity {
+    pub(crate) fn identity(self, triangle: Triangle, area2: i64, primitive: u32) -> Identity {
         let provoking = match self.provoking_vertex {
             ProvokingVertex::First => 0,
             ProvokingVertex::Last => triangle.last_provoking,
@@ -69,10 +69,6 @@ pub(crate) struct Geometry<'a, I, P> {
 }
 
 impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "primitive numbers are documented to count modulo 2³²"
-    )]
     pub(crate) fn new(
         triangles: Triangles<'a, I>,
         positions: P,
@@ -80,7 +76,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         facing: Facing,
         area: Rect,
     ) -> Self {
-        let primitive = triangles.first() as u32;
+        let primitive = triangles.first_number();
         Self {
             triangles,
             positions,
@@ -153,7 +149,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     pub(crate) fn next(&mut self, fan: &mut Option<Fan>) -> Option<Piece> {
         loop {
             if let Some(pieces) = fan {
-                match pieces.next() {
+                match pieces.next(&self.projector) {
                     Some(piece) if self.may_cover(piece.corners) => return Some(piece),
                     Some(_) => {}
                     None => *fan = None,
@@ -206,7 +202,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             return None;
         }
         let positions = self.projector.triangle_to_clip([a, b, c]);
-        let mut fan = Fan::new(triangle.vertices, positions, union, self.projector);
+        let mut fan = Fan::new(triangle.vertices, positions, union, &self.projector);
         if fan.is_empty() {
             self.statistics.outside += 1;
             return None;

@@ -1,66 +1,425 @@
-//! The fragment half of a draw where there is no SIMD: row by row, one fragment after the other.
+//! A draw where there is no SIMD: triangle by triangle, row by row, one fragment after the other.
 //!
-//! Less memory and less code than packets, and the same results.
+//! Nothing is collected into batches or packets, which takes less memory and less code; and the results are the same.
+//! Triangles that have to be clipped, which are few, are drawn by a function of their own: the memory for that is taken
+//! only while one is drawn.
 
-use crate::depth::{DepthFormat, DepthTest};
-use crate::fragment::{Fragment, Shading};
+use crate::clip::{Corner, Room};
+use crate::depth::{DepthBias, DepthFormat, DepthTest};
+use crate::fan::{History, piece_of, polygon_area2, project_piece};
+use crate::fragment::{Fragment, Identity, Shading, reorder};
+use crate::geometry::Facing;
 use crate::interpolate::Varyings;
-use crate::setup::Setup;
+use crate::primitive::{Index, Triangle, Triangles};
+use crate::project::{Positions, ProjectedVertex, Projector, is_invalid};
+use crate::setup::{Setup, sample_bounds, signed_area2};
 use crate::shade::DepthPlane;
 use crate::state::Statistics;
-use crate::target::{Framebuffer, Rect};
+use crate::target::Framebuffer;
+use crate::traverse::{Compact, solve_alone};
+use crate::triple::each;
+use crate::vertex::Attributes;
 
-/// What it works with.
+/// What a draw works with.
 #[derive(Debug)]
 pub(crate) struct OneByOne<'a, F, T, S> {
     pub(crate) target: &'a mut F,
-    /// The pixels that may be drawn to.
-    pub(crate) render_area: Rect,
+    /// The render area: left, top, right, bottom.
+    pub(crate) area: [i32; 4],
     pub(crate) test: T,
+    pub(crate) depth_bias: DepthBias,
+    pub(crate) depth_limits: (f32, f32),
     pub(crate) shade: S,
+    /// How often the closure ran, and how often it discarded nothing.
+    pub(crate) fragments: u64,
+    pub(crate) samples_passed: u64,
+}
+
+/// Where its triangles come from.
+#[derive(Debug)]
+pub(crate) struct Vertices<P, A> {
+    pub(crate) positions: P,
+    pub(crate) varyings: A,
+    pub(crate) projector: Projector,
+    pub(crate) facing: Facing,
+}
+
+impl<P: Positions, A> Vertices<P, A> {
+    /// A triangle's vertices on the subpixel grid.
+    #[inline(always)]
+    fn fetch(&self, vertices: [usize; 3], [a, b, c]: &mut [ProjectedVertex; 3]) {
+        if P::ARE_PROJECTED {
+            [*a, *b, *c] = each(vertices, |index| self.positions.projected(index).unwrap_or_default());
+        } else {
+            let [i, j, k] = vertices;
+            self.project(i, a);
+            self.project(j, b);
+            self.project(k, c);
+        }
+    }
+
+    /// Written where it shall stand: a value that is returned stands in the caller's frame first.
+    #[inline(never)]
+    fn project(&self, index: usize, vertex: &mut ProjectedVertex) {
+        *vertex =
+            self.positions.clip(index).map(|position| self.projector.project(position)).unwrap_or_default();
+    }
+
+    /// Makes of a triangle the next piece of what clipping leaves of it, and tells what has become of it otherwise.
+    ///
+    /// It is clipped for each piece anew: so the polygon's 280 bytes of stack are free again while one is drawn.
+    #[cold]
+    #[inline(never)]
+    fn next_piece(&self, triangle: &Triangle, outcodes: Outcodes, part: &mut Part) -> Fate {
+        if is_invalid(outcodes.any) {
+            return Fate::Invalid;
+        }
+        let mut room: Room = [Corner { position: [1.0; 4], weights: [0.0; 3] }; 10];
+        for (i, &index) in triangle.vertices.iter().enumerate() {
+            let (Some(corner), Some(position)) = (room.get_mut(i), self.positions.clip(index)) else {
+                return Fate::Invalid;
+            };
+            corner.position = self.projector.to_clip(position).to_array();
+            corner.weights[i] = 1.0;
+            part.history.w[i] = position.w;
+        }
+        let len = self.projector.volume.clip(&mut room, outcodes.any);
+        let polygon = room.get(..len).unwrap_or_default();
+        if outcodes.all != 0 || polygon.is_empty() {
+            return Fate::Outside;
+        }
+        let whole = polygon_area2(polygon, &self.projector, &mut part.corners);
+        if whole == 0 {
+            return Fate::Degenerate;
+        }
+        if self.facing.culls(whole) {
+            return Fate::Culled;
+        }
+        part.identity = self.facing.identity(*triangle, whole, part.identity.primitive);
+        loop {
+            part.in_fan += 1;
+            let Some(area2) = project_piece(polygon, part.in_fan, &self.projector, &mut part.corners) else {
+                break;
+            };
+            // As in `Fan::next`.
+            if area2.signum() == whole.signum() {
+                part.area2 = area2;
+                if let Some([a, b, c]) = piece_of(polygon, part.in_fan) {
+                    part.history.weights = [a.weights, b.weights, c.weights];
+                }
+                return Fate::Drawn;
+            }
+        }
+        Fate::Spent
+    }
+}
+
+/// A triangle, or a piece of one that was clipped.
+#[derive(Debug)]
+struct Part {
+    corners: [ProjectedVertex; 3],
+    area2: i64,
+    identity: Identity,
+    /// Of a piece, its number from 1 on, and how it came about.
+    in_fan: usize,
+    history: History,
+}
+
+impl Part {
+    /// [`Setup::with_area2`], with branches: where three corners are twelve registers, choosing them takes longer.
+    #[inline(always)]
+    fn setup(&self) -> Setup {
+        let is_counter_clockwise = self.area2 < 0;
+        let [a, b, c] = self.corners;
+        let is_first =
+            |v: ProjectedVertex, w: ProjectedVertex| v.y() < w.y() || (v.y() == w.y() && v.x() <= w.x());
+        let first: u8 = if is_first(a, b) && is_first(a, c) {
+            0
+        } else if is_first(b, c) {
+            1
+        } else {
+            2
+        };
+        let (second, third) = match (first, is_counter_clockwise) {
+            (0, false) => (1, 2),
+            (1, false) => (2, 0),
+            (_, false) => (0, 1),
+            (0, true) => (2, 1),
+            (1, true) => (0, 2),
+            (_, true) => (1, 0),
+        };
+        let corner = |i: u8| self.corners.get(usize::from(i)).copied().unwrap_or_default();
+        let corners = [corner(first), corner(second), corner(third)];
+        Setup::of_corners(corners, first, is_counter_clockwise)
+    }
+}
+
+/// What becomes of a triangle that has to be clipped.
+#[derive(Clone, Copy, Debug)]
+enum Fate {
+    Invalid,
+    Outside,
+    Degenerate,
+    Culled,
+    /// There is a piece to be drawn.
+    Drawn,
+    /// There are no more.
+    Spent,
+}
+
+/// Which planes any and all vertices of a triangle lie outside of.
+#[derive(Clone, Copy, Debug)]
+struct Outcodes {
+    any: u8,
+    all: u8,
 }
 
 impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
-    /// Draws a triangle.
+    /// Draws triangles.
     #[inline(always)]
-    pub(crate) fn draw<V, R>(
+    pub(crate) fn draw_triangles<I, P, A, R>(
         &mut self,
-        setup: &Setup,
-        shading: &Shading<'_, V>,
-        plane: &DepthPlane,
-        statistics: &mut Statistics,
-    ) where
+        triangles: Triangles<'_, I>,
+        vertices: &Vertices<P, A>,
+    ) -> Statistics
+    where
+        I: Index,
+        P: Positions,
+        A: Attributes<Value: Varyings>,
+        S: FnMut(Fragment<'_, A::Value>, F::Color) -> R,
+        R: Into<Option<F::Color>>,
+    {
+        let mut number = triangles.first_number();
+        let (mut primitives, mut invalid, mut outside) = (0usize, 0usize, 0usize);
+        let (mut clipped, mut culled, mut degenerate) = (0usize, 0usize, 0usize);
+        let mut part = Part {
+            corners: [ProjectedVertex::BLANK; 3],
+            area2: 0,
+            identity: Identity { provoking: 0, is_front_facing: false, primitive: 0 },
+            in_fan: 0,
+            history: History::WHOLE,
+        };
+        for triangle in triangles {
+            vertices.fetch(triangle.vertices, &mut part.corners);
+            let [a, b, c] = part.corners;
+            part.area2 = signed_area2(a, b, c);
+            part.identity = vertices.facing.identity(triangle, part.area2, number);
+            part.in_fan = 0;
+            number = number.wrapping_add(1);
+            primitives += 1;
+            if a.is_outside() | b.is_outside() | c.is_outside() {
+                let (p, q, r) = (a.outcode(), b.outcode(), c.outcode());
+                let outcodes = Outcodes { any: p | q | r, all: p & q & r };
+                let fate = loop {
+                    match vertices.next_piece(&triangle, outcodes, &mut part) {
+                        Fate::Drawn => self.draw_part(&part, triangle.vertices, &vertices.varyings),
+                        fate => break fate,
+                    }
+                };
+                match fate {
+                    Fate::Invalid => invalid += 1,
+                    Fate::Outside => outside += 1,
+                    Fate::Degenerate => (clipped, degenerate) = (clipped + 1, degenerate + 1),
+                    Fate::Culled => (clipped, culled) = (clipped + 1, culled + 1),
+                    Fate::Drawn | Fate::Spent => clipped += 1,
+                }
+            } else if part.area2 == 0 {
+                degenerate += 1;
+            } else if vertices.facing.culls(part.area2) {
+                culled += 1;
+            } else {
+                self.draw_part(&part, triangle.vertices, &vertices.varyings);
+            }
+        }
+        Statistics {
+            primitives: primitives as u64,
+            invalid: invalid as u64,
+            outside: outside as u64,
+            clipped: clipped as u64,
+            culled: culled as u64,
+            degenerate: degenerate as u64,
+            fragments: self.fragments,
+            samples_passed: self.samples_passed,
+        }
+    }
+
+    /// Draws a triangle, or a piece of one, with the values at the caller's vertices.
+    #[inline(never)]
+    fn draw_part<A, R>(&mut self, part: &Part, vertices: [usize; 3], varyings: &A)
+    where
+        A: Attributes<Value: Varyings>,
+        S: FnMut(Fragment<'_, A::Value>, F::Color) -> R,
+        R: Into<Option<F::Color>>,
+    {
+        let &Part { corners: [a, b, c], identity, in_fan, .. } = part;
+        let bounds @ [left, top, right, bottom] = sample_bounds(a, b, c);
+        let area = self.area;
+        if left.max(area[0]) >= right.min(area[2]) || top.max(area[1]) >= bottom.min(area[3]) {
+            return;
+        }
+        let setup = part.setup();
+        let (order, history) = (setup.order(), (in_fan > 0).then_some(&part.history));
+        let vertices = match history {
+            None => reorder(vertices, order),
+            Some(_) => vertices,
+        };
+        let [Some(a), Some(b), Some(c)] = each(vertices, |index| varyings.fetch(index)) else { return };
+        let values = match history {
+            None => [a, b, c],
+            Some(history) => reorder(history.interpolate(&[a, b, c], identity.provoking), order),
+        };
+        let pedigree = history.map(History::pedigree);
+        let shading = Shading::of_corners(&setup, values, identity, pedigree.as_ref());
+        self.draw_setup(&setup, bounds, &shading);
+    }
+
+    /// Draws a triangle that is set up.
+    #[inline(always)]
+    pub(crate) fn draw_setup<V, R>(&mut self, setup: &Setup, bounds: [i32; 4], shading: &Shading<'_, V>)
+    where
         V: Varyings,
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
+        let area = self.area;
+        let (mut y, bottom) = (bounds[1].max(area[1]), bounds[3].min(area[3]));
+        let plane = DepthPlane::new::<F::Depth>(setup, self.depth_bias, self.depth_limits);
         let step = shading.step_x();
-        setup.for_each_span(self.render_area, |span| {
-            let (mut x, y) = (span.start(), span.y());
-            let (edges, len) = (span.edges(), (span.end() - x) as usize);
+        let compact = Compact::new(setup, bounds);
+        let (mut covered, mut hidden, mut discarded) = (0usize, 0usize, 0usize);
+        while y < bottom {
+            let rows = match &compact {
+                Some(compact) => compact.solve(y),
+                None => solve_alone(setup, y),
+            };
+            let (mut x, end, anchor) = (rows.start[0].max(area[0]), rows.end[0].min(area[2]), rows.anchor[0]);
+            let edges = [rows.edges[0][0], rows.edges[1][0], rows.edges[2][0]];
             let (base, z) = (shading.sample(edges), plane.at_edges(edges[0], edges[1]));
-            let run = self.target.run(x, y, len);
-            let (mut shaded, mut kept) = (0u32, 0u32);
-            for (color, depth) in run.color.iter_mut().zip(run.depth).take(len) {
-                let dx = x.wrapping_sub(span.anchor()) as f32;
-                let z = plane.moved(z, dx);
-                let new = F::Depth::from_depth(z);
-                if !F::Depth::IS_STORED || self.test.passes(new, *depth) {
-                    let at = base.moved(step, dx);
-                    let fragment = Fragment { triangle: shading, at, x, y, depth: z };
-                    shaded += 1;
-                    if let Some(result) = (self.shade)(fragment, *color).into() {
-                        kept += 1;
-                        *color = result;
-                        if self.test.writes() {
-                            *depth = new;
+            let dx = |x: i32| x.wrapping_sub(anchor) as f32;
+            // Depth is linear, rounding included: inside of its limits at both ends, it needs no clamp between them. A row
+            // that leaves them is drawn a pixel at a time, each with a depth of its own.
+            let needs_clamp = F::Depth::IS_STORED
+                && x < end
+                && !(plane.contains(z, dx(x)) & plane.contains(z, dx(end - 1)));
+            while x < end {
+                let (z, z_step, len) =
+                    if needs_clamp { (plane.moved(z, dx(x)), 0.0, 1) } else { (z, plane.step_x(), end - x) };
+                let run = self.target.run(x, y, len as usize);
+                // No more than was asked for, if a framebuffer lends that.
+                let count = run.color.len().min(run.depth.len()).min(len as usize);
+                covered += count;
+                let colors = run.color.get_mut(..count).unwrap_or_default();
+                let depths = run.depth.get_mut(..count).unwrap_or_default();
+                let mut dx = dx(x);
+                let mut at_x = x;
+                for (color, depth) in colors.iter_mut().zip(depths) {
+                    // Without a depth buffer, depth is what the closure asks for, or nothing.
+                    let z = if F::Depth::IS_STORED { z + z_step * dx } else { plane.moved(z, dx) };
+                    let new = F::Depth::from_depth(z);
+                    if F::Depth::IS_STORED && !self.test.passes(new, *depth) {
+                        hidden += 1;
+                    } else {
+                        let at = base.moved(step, dx);
+                        let fragment = Fragment { triangle: shading, at, x: at_x, y, depth: z };
+                        match (self.shade)(fragment, *color).into() {
+                            Some(result) => {
+                                *color = result;
+                                if self.test.writes() {
+                                    *depth = new;
+                                }
+                            }
+                            None => discarded += 1,
                         }
                     }
+                    // Whole numbers: as exact as a conversion.
+                    dx += 1.0;
+                    at_x = at_x.wrapping_add(1);
                 }
-                x = x.wrapping_add(1);
+                x += len;
             }
-            statistics.fragments += u64::from(shaded);
-            statistics.samples_passed += u64::from(kept);
-        });
+            y += 1;
+        }
+        self.fragments += (covered - hidden) as u64;
+        self.samples_passed += (covered - hidden - discarded) as u64;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::clip::DepthClip;
+    use crate::primitive::Primitives;
+    use crate::rasterizer::Rasterizer;
+    use crate::state::CullMode;
+    use crate::target::{Rect, Surface};
+    use crate::viewport::Viewport;
+    use glam::Vec4;
+    use std::vec::Vec;
+
+    /// Small and large triangles, many of them beyond the near and far planes or behind the eye.
+    fn triangles(count: usize) -> Vec<Vec4> {
+        let mut random = 1u32;
+        let mut next = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 8) as f32 / 16_777_216.0
+        };
+        let mut positions = Vec::new();
+        for i in 0..count {
+            let size = [0.05, 0.3, 2.0, 400.0][i % 4];
+            let (x, y, z) = (next() * 2.2 - 1.1, next() * 2.2 - 1.1, next() * 1.4 - 0.2);
+            for _ in 0..3 {
+                let w = if i % 7 == 0 { next() * 2.0 - 0.5 } else { 0.5 + next() };
+                let (dx, dy) = (size * (next() - 0.5), size * (next() - 0.5));
+                positions.push(Vec4::new(x + dx, y + dy, z + 0.3 * next(), 1.0) * w);
+            }
+        }
+        positions
+    }
+
+    /// Everything that a fragment tells, as one colour.
+    fn everything(fragment: Fragment<'_, [f32; 2]>) -> Option<[u32; 12]> {
+        let ([a, b, c], [d, e, f]) = (fragment.weights(), fragment.barycentrics());
+        let ([g, h], [i, _]) = (fragment.varyings(), fragment.varyings_dx());
+        let is_kept = fragment.x() % 5 != 2;
+        let floats = [a, b, c, d, e, f, g, h, i, fragment.depth(), fragment.inv_w()].map(f32::to_bits);
+        let number = fragment.primitive_index() * 2 + u32::from(fragment.is_front_facing());
+        let mut all = [number; 12];
+        all[..11].copy_from_slice(&floats);
+        is_kept.then_some(all)
+    }
+
+    #[test]
+    fn the_same_bits_as_packets() {
+        const SIZE: u32 = 96;
+        const PIXELS: usize = (SIZE * SIZE) as usize;
+        let positions = triangles(600);
+        let values: Vec<[f32; 2]> = positions.iter().map(|p| [p.x, p.z - p.y]).collect();
+        let viewport = Viewport::of_size(SIZE, SIZE).and_then(|whole| whole.with_depth_range(-0.0, 1.0));
+        let mut rasterizer = Rasterizer::<[f32; 2]>::new(viewport.expect("valid"));
+        rasterizer.scissor = Some(Rect { x: 3, y: 2, width: 90, height: 89 });
+        for depth_clip in [DepthClip::Clip, DepthClip::Clamp] {
+            for cull_mode in [CullMode::None, CullMode::Back] {
+                (rasterizer.depth_clip, rasterizer.cull_mode) = (depth_clip, cull_mode);
+                rasterizer.depth_bias = DepthBias { constant: 2.0, slope: 0.5, clamp: 0.0 };
+                let mut frames = [std::vec![[0; 12]; PIXELS], std::vec![[0; 12]; PIXELS]];
+                let mut depths = [std::vec![1.0f32; PIXELS], std::vec![1.0f32; PIXELS]];
+                let ([color_0, color_1], [depth_0, depth_1]) = (&mut frames, &mut depths);
+                let mut target = Surface::new(color_0, depth_0, SIZE, SIZE).expect("it fits");
+                let packets = rasterizer
+                    .draw(&mut target, Primitives::list(), &positions[..], &values[..], everything)
+                    .expect("nothing is wrong");
+                let mut target = Surface::new(color_1, depth_1, SIZE, SIZE).expect("it fits");
+                let list = Primitives::list();
+                let alone = rasterizer
+                    .draw_one_by_one(&mut target, list, &positions[..], &values[..], |f, _| everything(f))
+                    .expect("nothing is wrong");
+                assert_eq!(packets, alone, "statistics");
+                assert!(packets.clipped > 40 && packets.samples_passed > 5000, "{packets:?}");
+                let bits = |depths: &[f32]| depths.iter().map(|depth| depth.to_bits()).collect::<Vec<_>>();
+                assert!(bits(&depths[0]) == bits(&depths[1]), "depths, {depth_clip:?} {cull_mode:?}");
+                assert!(frames[0] == frames[1], "fragments, {depth_clip:?} {cull_mode:?}");
+            }
+        }
     }
 }

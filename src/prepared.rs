@@ -156,7 +156,7 @@ impl<V: Copy> Record<V> {
     /// What clipping leaves of it.
     #[cold]
     #[inline(never)]
-    fn fan(&self, projector: Projector) -> Fan {
+    fn fan(&self, projector: &Projector) -> Fan {
         let positions = each(self.words, |words| Vec4::from_array(words.map(f32::from_bits)));
         let mut fan = Fan::new([0; 3], positions, self.detail, projector);
         fan.identity = self.identity();
@@ -168,8 +168,8 @@ impl<V: Copy> Record<V> {
         match self.setup() {
             Some(setup) => visit(&setup),
             None if self.kind == Kind::Clipped => {
-                let mut fan = self.fan(projector);
-                while let Some(piece) = fan.next() {
+                let mut fan = self.fan(&projector);
+                while let Some(piece) = fan.next(&projector) {
                     visit(&Setup::with_area2(piece.corners, piece.area2));
                 }
             }
@@ -285,16 +285,14 @@ impl<'r, V: Varyings + 'r, R: Iterator<Item = &'r Record<V>>> Source<V> for Reco
         };
         loop {
             if let Some((fan, values)) = &mut self.fan {
-                let Some(piece) = fan.next() else {
+                let Some(piece) = fan.next(&self.projector) else {
                     self.fan = None;
                     continue;
                 };
                 let [a, b, c] = piece.corners;
                 if is_visible(sample_bounds(a, b, c)) {
                     let setup = Setup::with_area2(piece.corners, piece.area2);
-                    let varyings = fan.varyings(piece.in_fan, *values);
-                    let pedigree = fan.pedigree(piece.in_fan);
-                    return Some(Drawable { setup, varyings, identity: piece.identity, pedigree });
+                    return Some(Drawable::new(setup, *values, piece.identity, fan.history(piece.in_fan)));
                 }
                 continue;
             }
@@ -302,10 +300,10 @@ impl<'r, V: Varyings + 'r, R: Iterator<Item = &'r Record<V>>> Source<V> for Reco
             match record.bounds() {
                 Some(bounds) if is_visible(bounds) => {
                     let (setup, varyings, identity) = (record.setup()?, record.varyings, record.identity());
-                    return Some(Drawable { setup, varyings, identity, pedigree: None });
+                    return Some(Drawable::new(setup, varyings, identity, None));
                 }
                 None if record.kind == Kind::Clipped => {
-                    self.fan = Some((record.fan(self.projector), record.varyings));
+                    self.fan = Some((record.fan(&self.projector), record.varyings));
                 }
                 _ => {}
             }

@@ -173,12 +173,14 @@ impl<I: Index> Primitives<'_, I> {
         all.min(self.end).saturating_sub(self.first)
     }
 
+    #[inline(always)]
     fn restarts(&self) -> bool {
         self.restart && self.indices.is_some()
     }
 
     /// Where the vertices of these triangles stand in the sequence of `len`: from one position to before another, and for
     /// a fan at its start as well.
+    #[inline(always)]
     fn used(&self, len: usize) -> (usize, usize) {
         let (start, end) = match self.topology {
             _ if self.restarts() => (0, len),
@@ -190,6 +192,7 @@ impl<I: Index> Primitives<'_, I> {
     }
 
     /// The first position at which an index is out of range for `vertices` vertices, and that index.
+    #[inline(always)]
     pub(crate) fn first_out_of_range(&self, vertices: usize) -> Option<(usize, usize)> {
         let all = self.indices?;
         let (start, end) = self.used(all.len());
@@ -258,9 +261,10 @@ pub(crate) struct Triangles<'a, I> {
 }
 
 impl<I: Index> Triangles<'_, I> {
-    /// The number of the first triangle.
-    pub(crate) fn first(&self) -> usize {
-        self.primitives.first
+    /// The number of the first triangle, modulo 2³² as documented.
+    #[expect(clippy::cast_possible_truncation, reason = "that is what modulo means")]
+    pub(crate) fn first_number(&self) -> u32 {
+        self.primitives.first as u32
     }
 
     /// Goes to triangle `first` from the start.
@@ -410,7 +414,11 @@ mod tests {
                     let count = parts.len();
                     parts.extend(triangles(part, vertices));
                     assert_eq!(part.triangle_count(vertices), parts.len() - count, "{part:?} of {vertices}");
-                    assert_eq!(part.triangles(vertices).first(), first, "the number of its first triangle");
+                    assert_eq!(
+                        part.triangles(vertices).first_number() as usize,
+                        first,
+                        "the number of its first triangle"
+                    );
                 }
                 assert_eq!(parts, whole, "{primitives:?} of {vertices} in parts of {size}");
             }

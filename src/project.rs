@@ -133,20 +133,19 @@ pub(crate) fn round(x: f32) -> i32 {
 /// Everything that projection needs, worked out once a draw.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Projector {
-    transform: ViewportTransform,
     pub(crate) volume: ClipVolume,
     clip_depth: ClipDepth,
 }
 
 impl Projector {
     pub(crate) fn new(viewport: &Viewport, clip_depth: ClipDepth, depth_clip: DepthClip) -> Self {
-        Self { transform: viewport.transform(), volume: ClipVolume::new(viewport, depth_clip), clip_depth }
+        Self { volume: ClipVolume::new(viewport, depth_clip), clip_depth }
     }
 
     /// Framebuffer coordinates, before rounding, and 1/w.
     #[inline(always)]
     fn to_framebuffer(self, p: Vec4) -> ([f32; 3], f32) {
-        let ViewportTransform { scale, offset } = self.transform;
+        let ViewportTransform { scale, offset } = self.volume.transform;
         let inv_w = 1.0 / p.w;
         // A depth may be anything when it is clamped: keep it from overflowing.
         let z = clamp(p.z * inv_w, -1e12, 1e12);
@@ -156,7 +155,7 @@ impl Projector {
 
     /// A clip-space position on the subpixel grid.
     #[inline(always)]
-    pub(crate) fn project(self, position: Vec4) -> ProjectedVertex {
+    pub(crate) fn project(&self, position: Vec4) -> ProjectedVertex {
         let position = self.clip_depth.to_zero_to_one(position);
         let ([x, y, z], inv_w) = self.to_framebuffer(position);
         if self.volume.contains(position, x, y) {
@@ -167,8 +166,8 @@ impl Projector {
 
     /// Several positions at once, for the compiler to give each a SIMD lane: one loop a step, none with a branch.
     #[inline(always)]
-    pub(crate) fn project_lanes<const N: usize>(self, positions: [Vec4; N]) -> [ProjectedVertex; N] {
-        let ViewportTransform { scale, offset } = self.transform;
+    pub(crate) fn project_lanes<const N: usize>(&self, positions: [Vec4; N]) -> [ProjectedVertex; N] {
+        let ViewportTransform { scale, offset } = self.volume.transform;
         let (mut x, mut y, mut z, mut w) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
         for i in 0..N {
             [x[i], y[i], z[i], w[i]] = self.clip_depth.to_zero_to_one(positions[i]).to_array();
@@ -200,23 +199,30 @@ impl Projector {
 
     #[cold]
     #[inline(never)]
-    fn outside(self, position: Vec4) -> ProjectedVertex {
+    fn outside(&self, position: Vec4) -> ProjectedVertex {
         match self.volume.outcode(position) {
             // Outside after rounding, inside before: it lies on the border.
-            0 => self.project_clipped(position),
+            0 => self.project_clipped(&position.to_array()),
             outcode => ProjectedVertex { x: OUTSIDE, y: i32::from(outcode), z: 0.0, inv_w: 0.0 },
         }
     }
 
     /// A position that clipping has left, whose depth is already 0 ≤ z ≤ w.
-    pub(crate) fn project_clipped(self, position: Vec4) -> ProjectedVertex {
-        let ([x, y, z], inv_w) = self.to_framebuffer(position);
+    #[inline(never)]
+    pub(crate) fn project_clipped(&self, position: &[f32; 4]) -> ProjectedVertex {
+        let ([x, y, z], inv_w) = self.to_framebuffer(Vec4::from_array(*position));
         let snap = |x: f32| snap(clamp(x, -GUARD_BAND, GUARD_BAND));
         ProjectedVertex { x: snap(x), y: snap(y), z, inv_w }
     }
 
+    /// A position with depth in 0 ≤ z ≤ w.
+    #[inline(always)]
+    pub(crate) fn to_clip(self, position: Vec4) -> Vec4 {
+        self.clip_depth.to_zero_to_one(position)
+    }
+
     /// All three positions with depth in 0 ≤ z ≤ w.
-    pub(crate) fn triangle_to_clip(self, triangle: [Vec4; 3]) -> [Vec4; 3] {
+    pub(crate) fn triangle_to_clip(&self, triangle: [Vec4; 3]) -> [Vec4; 3] {
         self.clip_depth.triangle_to_zero_to_one(triangle)
     }
 }

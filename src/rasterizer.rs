@@ -7,14 +7,14 @@ use glam::Vec4;
 
 use crate::clip::DepthClip;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
-use crate::fan::Fan;
+use crate::fan::{Fan, History};
 use crate::fragment::{Fragment, Identity, Pedigree, Shading};
 use crate::geometry::{Facing, Geometry};
 use crate::interpolate::Varyings;
-use crate::one_by_one::OneByOne;
+use crate::one_by_one::{OneByOne, Vertices};
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
-use crate::setup::Setup;
+use crate::setup::{Setup, sample_bounds};
 use crate::shade::{DepthPass, DepthPlane, LIST, PACKET, Packet, Shader, WINDOWS};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Framebuffer, Rect};
@@ -181,11 +181,13 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     }
 
     /// The pixels that a draw may touch: viewport ∩ scissor ∩ the framebuffer's area.
+    #[inline(always)]
     pub fn render_area(&self, target: &impl Framebuffer) -> Rect {
         self.render_area_in(target.area())
     }
 
     /// The pixels of `area` that a draw may touch.
+    #[inline(always)]
     pub(crate) fn render_area_in(&self, area: Rect) -> Rect {
         let area = self.viewport.pixels().intersection(area);
         self.scissor.map_or(area, |scissor| area.intersection(scissor))
@@ -334,6 +336,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
+        if !HAS_FLOAT_LANES {
+            return self.draw_one_by_one(target, primitives, positions, varyings, shade);
+        }
         let area = self.render_area(target);
         let mut direct =
             Direct { geometry: self.geometry(primitives, positions, &varyings, area)?, varyings, fan: None };
@@ -397,9 +402,53 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         area: Rect,
     ) -> Result<Geometry<'a, I, P>, DrawError> {
         let count = vertex_count(&primitives, &positions, varyings)?;
+        Ok(Geometry::new(primitives.triangles(count), positions, self.projector(), self.facing(), area))
+    }
+
+    fn facing(&self) -> Facing {
         let Self { cull_mode, front_face, provoking_vertex, .. } = *self;
-        let facing = Facing { cull_mode, front_face, provoking_vertex };
-        Ok(Geometry::new(primitives.triangles(count), positions, self.projector(), facing, area))
+        Facing { cull_mode, front_face, provoking_vertex }
+    }
+
+    /// [`draw_over`](Self::draw_over) without SIMD.
+    #[inline(always)]
+    pub(crate) fn draw_one_by_one<F, I, P, A, S, R>(
+        &self,
+        target: &mut F,
+        primitives: Primitives<'_, I>,
+        positions: P,
+        varyings: A,
+        shade: S,
+    ) -> Result<Statistics, DrawError>
+    where
+        F: Framebuffer,
+        I: Index,
+        P: Positions,
+        A: Attributes<Value = V>,
+        S: FnMut(Fragment<'_, V>, F::Color) -> R,
+        R: Into<Option<F::Color>>,
+    {
+        let count = vertex_count(&primitives, &positions, &varyings)?;
+        let (projector, facing) = (self.projector(), self.facing());
+        let mut draw = self.one_by_one(target, shade);
+        let vertices = Vertices { positions, varyings, projector, facing };
+        Ok(draw.draw_triangles(primitives.triangles(count), &vertices))
+    }
+
+    /// What a draw without SIMD works with.
+    #[inline(always)]
+    fn one_by_one<'a, F: Framebuffer, S>(&self, target: &'a mut F, shade: S) -> OneByOne<'a, F, T, S> {
+        let area = self.render_area(target);
+        OneByOne {
+            target,
+            area: [area.x, area.y, area.right(), area.bottom()],
+            test: self.depth_test,
+            depth_bias: self.depth_bias,
+            depth_limits: self.viewport.depth_limits(),
+            shade,
+            fragments: 0,
+            samples_passed: 0,
+        }
     }
 
     /// The fragment half of a draw.
@@ -415,18 +464,20 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let (target_area, render_area) = (target.area(), self.render_area(target));
-        let limits = self.viewport.depth_limits();
         let mut statistics = Statistics::default();
         if !HAS_FLOAT_LANES {
-            let mut fragments = OneByOne { target, render_area, test: self.depth_test, shade };
+            let mut draw = self.one_by_one(target, shade);
             while let Some(Drawable { setup, varyings, identity, pedigree }) = source.next() {
                 let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
-                let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);
-                fragments.draw(&setup, &shading, &plane, &mut statistics);
+                let [a, b, c] = setup.corners();
+                draw.draw_setup(&setup, sample_bounds(a, b, c), &shading);
             }
+            statistics.fragments = draw.fragments;
+            statistics.samples_passed = draw.samples_passed;
             return statistics;
         }
+        let (target_area, render_area) = (target.area(), self.render_area(target));
+        let limits = self.viewport.depth_limits();
         // A colour to fill the packet's arrays with until there are others: any.
         let mut any = || target.run(render_area.x, render_area.y, 1).color.first().copied();
         let Some(color) = (if render_area.is_empty() { None } else { any() }) else {
@@ -471,6 +522,22 @@ pub(crate) struct Drawable<V> {
     pub(crate) pedigree: Option<Pedigree>,
 }
 
+impl<V: Varyings> Drawable<V> {
+    /// A triangle with these values at the caller's vertices.
+    #[inline(always)]
+    pub(crate) fn new(
+        setup: Setup,
+        mut varyings: [V; 3],
+        identity: Identity,
+        history: Option<History>,
+    ) -> Self {
+        if let Some(history) = &history {
+            varyings = history.interpolate(&varyings, identity.provoking);
+        }
+        Self { setup, varyings, identity, pedigree: history.as_ref().map(History::pedigree) }
+    }
+}
+
 /// Where the fragment half of a draw gets triangles from.
 pub(crate) trait Source<V> {
     /// The next one that may be seen.
@@ -493,13 +560,8 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
                 continue;
             };
             let setup = Setup::with_area2(piece.corners, piece.area2);
-            let fan = self.fan.as_ref();
-            return Some(Drawable {
-                setup,
-                varyings: fan.map_or([a, b, c], |fan| fan.varyings(piece.in_fan, [a, b, c])),
-                identity: piece.identity,
-                pedigree: fan.and_then(|fan| fan.pedigree(piece.in_fan)),
-            });
+            let history = self.fan.as_ref().and_then(|fan| fan.history(piece.in_fan));
+            return Some(Drawable::new(setup, [a, b, c], piece.identity, history));
         }
     }
 }

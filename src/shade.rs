@@ -18,7 +18,7 @@ use core::hint::black_box;
 use core::ops::Range;
 
 use crate::depth::{DepthBias, DepthFormat, DepthTest, clamp};
-use crate::fragment::{Fragment, Sample, Shading};
+use crate::fragment::{Fragment, Sample, Shading, to_f32};
 use crate::interpolate::Varyings;
 use crate::setup::Setup;
 use crate::state::Statistics;
@@ -48,7 +48,7 @@ impl DepthPlane {
     pub(crate) fn new<D: DepthFormat>(setup: &Setup, bias: DepthBias, (low, high): (f32, f32)) -> Self {
         let [p, q, r] = each(setup.corners(), |corner| corner.depth());
         let more = [p - r, q - r];
-        let inv_area2 = 1.0 / setup.area2() as f32;
+        let inv_area2 = 1.0 / to_f32(setup.area2());
         let [edge_0, edge_1, _] = each(setup.edges(), |edge| edge.slope());
         let step =
             |i: usize| (edge_0[i] as f32 * 256.0 * more[0] + edge_1[i] as f32 * 256.0 * more[1]) * inv_area2;
@@ -65,6 +65,22 @@ impl DepthPlane {
     #[inline(always)]
     pub(crate) fn at_edges(&self, e0: f32, e1: f32) -> f32 {
         self.z + (e0 * self.inv_area2) * self.more[0] + (e1 * self.inv_area2) * self.more[1]
+    }
+
+    /// Change by a pixel to the right.
+    #[inline(always)]
+    pub(crate) fn step_x(&self) -> f32 {
+        self.step_x
+    }
+
+    /// Whether it is inside the depth range `dx` columns right of where it is `z`.
+    ///
+    /// Bits of floats from 0 on, as integers, are in the order of the floats; those of −0, of negative ones and of NaN come
+    /// after.
+    #[inline(always)]
+    pub(crate) fn contains(&self, z: f32, dx: f32) -> bool {
+        let low = self.low.to_bits();
+        (z + self.step_x * dx).to_bits().wrapping_sub(low) <= self.high.to_bits().wrapping_sub(low)
     }
 
     /// `dx` columns right of where it is `z`, inside the depth range.

@@ -4,16 +4,18 @@
 //! multiplication and then *decided* by evaluating the edge function, in integers, at the estimate: the spans are exactly
 //! the samples that [`EdgeFunction::covers`] accepts, for any triangle.
 //!
-//! Where there is SIMD, eight rows are solved at a time, one a lane. Triangles up to 63 pixels wide and high are solved in
-//! `f32`, where every number below is an integer under 2²⁴ and therefore exact ([`Small`]); elsewhere in `i32`
-//! ([`Compact`]). Larger ones are solved row by row in `i64` ([`Large`]). All find the same spans.
+//! Where there is SIMD, eight rows are solved at a time, one a lane: triangles up to 63 pixels wide and high in `f32`, where
+//! every number below is an integer under 2²⁴ and therefore exact ([`Small`]). Elsewhere those up to 1023 pixels are solved
+//! in `i32` ([`Compact`]). Larger ones are solved row by row in `i64` ([`Large`]). All find the same spans.
 
 #![expect(clippy::cast_possible_truncation, reason = "lanes are under 2⁴")]
 #![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
 
+use core::num::NonZeroU32;
+
 use crate::edge::EdgeFunction;
 use crate::project::{ProjectedVertex, round};
-use crate::setup::Setup;
+use crate::setup::{Setup, sample_bounds};
 use crate::target::{DOMAIN, EXTENT, Rect};
 use crate::triple::each;
 
@@ -22,6 +24,9 @@ pub(crate) const LANES: usize = if HAS_FLOAT_LANES { 8 } else { 1 };
 
 /// The largest extent, in subpixels, of a triangle that is solved in `f32`.
 const SMALL: i32 = 63 << 8;
+
+/// The largest size, in pixels, of one that is solved in `i32`.
+const COMPACT: i32 = 1023;
 
 /// Whether the target works on several `f32` at once. Elsewhere integers are as fast, and where floats are emulated
 /// they are much faster. Both ways find the same spans.
@@ -153,12 +158,12 @@ pub(crate) enum Solver {
 impl Solver {
     #[inline(always)]
     pub(crate) fn new(setup: &Setup) -> Self {
-        if !is_small(setup) {
-            Self::Large(Large::new(setup))
-        } else if HAS_FLOAT_LANES {
-            Self::Small(Small::new(setup))
+        if HAS_FLOAT_LANES {
+            if is_small(setup) { Self::Small(Small::new(setup)) } else { Self::Large(Large::new(setup)) }
         } else {
-            Self::Compact(Compact::new(setup))
+            let [a, b, c] = setup.corners();
+            let compact = Compact::new(setup, sample_bounds(a, b, c));
+            compact.map_or_else(|| Self::Large(Large::new(setup)), Self::Compact)
         }
     }
 
@@ -294,80 +299,132 @@ impl Small {
     }
 }
 
-/// Edges of a triangle of at most [`SMALL`] subpixels, relative to the top left pixel of its bounds, all in `i32`: for
-/// targets without several `f32` at a time. |E| ≤ 2²⁹.
+/// Edges of a triangle of at most [`COMPACT`] pixels and 2³¹ squared subpixels, relative to the top left pixel of its
+/// bounds, all in integers of 32 bits: for targets without several `f32` at a time.
+///
+/// As in [`Small`], floor((E + bias) / 256) keeps the sign test: its magnitude is at most 2 · 1024² · 256 = 2²⁹.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Compact {
     x: i32,
     y: i32,
-    edges: [CompactEdge; 3],
+    left: Side,
+    right: Side,
+    /// The third edge, which may be either or, where it is level, nothing.
+    other: Side,
+    other_is_left: bool,
+    /// Edges 0 and 1, and what all three sum up to.
+    edges: [Plane; 2],
+    area2: u32,
     anchors_at_end: bool,
 }
 
-/// Change of an edge function by a pixel right and down, its value at the first sample, and its bias.
+/// Where a row crosses an edge: in column max(0, first + row · step) / divisor, rounded down.
 #[derive(Clone, Copy, Debug)]
-struct CompactEdge {
-    step_x: i32,
-    step_y: i32,
+struct Side {
     first: i32,
-    bias: i32,
+    step: i32,
+    divisor: NonZeroU32,
 }
 
-impl CompactEdge {
+/// The low 32 bits of an edge function at the first sample, and its change by a pixel right and down, divided by 256.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    first: u32,
+    a: i32,
+    b: i32,
+}
+
+/// The edge from `p` to `q`, relative to the first sample, and floor((E + bias) / 256) there.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "low bits, and at most 2²⁹")]
+fn plane(p: [i32; 2], q: [i32; 2], is_top_left: impl FnOnce(i32) -> bool) -> (Plane, i32) {
+    let (a, b) = (p[1] - q[1], q[0] - p[0]);
+    let first = i64::from(q[1] - p[1]) * i64::from(p[0]) + i64::from(p[0] - q[0]) * i64::from(p[1]);
+    let folded = (first - i64::from(!is_top_left(a))) >> 8;
+    (Plane { first: first as u32, a, b }, folded as i32)
+}
+
+impl Side {
+    /// Of an edge that rises to the right: the smallest x with e + x·a ≥ 0, which is ⌊(a − 1 − e) / a⌋, or the first column.
     #[inline(always)]
-    fn new(p: [i32; 2], q: [i32; 2]) -> Self {
-        let (a, b) = (p[1] - q[1], q[0] - p[0]);
-        let is_top_left = (a > 0) | ((a == 0) & (b > 0));
-        Self {
-            step_x: a << 8,
-            step_y: b << 8,
-            first: -(a * p[0] + b * p[1]),
-            bias: if is_top_left { 0 } else { -1 },
-        }
+    fn left((edge, folded): (Plane, i32)) -> Self {
+        Self { first: edge.a - 1 - folded, step: -edge.b, divisor: divisor(edge.a) }
     }
 
-    /// The first column at which the edge has changed its mind about a row, on which it starts with `at_zero`.
+    /// Of one that falls: the smallest x with e − x·|a| < 0, which is ⌊(e + |a|) / |a|⌋, or the first column. Of one that is
+    /// level, beyond the last.
     #[inline(always)]
-    fn crossing(self, at_zero: i32) -> i32 {
-        let e = at_zero + self.bias;
-        // The smallest x with e + x·step ≥ 0 is −⌊e / step⌋; with a falling edge, that with e − x·|step| < 0 is
-        // ⌊e / |step|⌋ + 1. A level edge is never asked.
-        let floor = e.checked_div_euclid(self.step_x.abs()).unwrap_or_default();
-        if self.step_x > 0 { -floor } else { floor + 1 }
+    fn right((edge, folded): (Plane, i32)) -> Self {
+        if edge.a == 0 {
+            return Self { first: i32::MAX, step: 0, divisor: NonZeroU32::MIN };
+        }
+        Self { first: folded - edge.a, step: edge.b, divisor: divisor(-edge.a) }
+    }
+
+    /// A row's column.
+    #[inline(always)]
+    fn crossing(self, row: i32) -> i32 {
+        let numerator = self.first.wrapping_add(self.step.wrapping_mul(row)).max(0);
+        (numerator as u32 / self.divisor) as i32
+    }
+}
+
+#[inline(always)]
+fn divisor(a: i32) -> NonZeroU32 {
+    NonZeroU32::new(a as u32).unwrap_or(NonZeroU32::MIN)
+}
+
+impl Plane {
+    /// At a covered sample, where no bits are higher.
+    #[inline(always)]
+    fn at(self, column: i32, row: i32) -> u32 {
+        let moved = self.a.wrapping_mul(column).wrapping_add(self.b.wrapping_mul(row));
+        self.first.wrapping_add((moved as u32) << 8)
     }
 }
 
 impl Compact {
+    /// The edges of a triangle whose samples lie in these bounds: left, top, right, bottom. None of one too large.
     #[inline(always)]
-    fn new(setup: &Setup) -> Self {
-        let bounds = setup.bounds();
-        let (x, y) = (bounds.x, bounds.y);
+    pub(crate) fn new(setup: &Setup, [x, y, right, bottom]: [i32; 4]) -> Option<Self> {
+        let area2 = u32::try_from(setup.area2()).ok()?;
+        if right - x > COMPACT || bottom - y > COMPACT {
+            return None;
+        }
         let [p, q, r] = each(setup.corners(), |v| [v.x() - (x << 8) - 128, v.y() - (y << 8) - 128]);
-        let edges = [CompactEdge::new(q, r), CompactEdge::new(r, p), CompactEdge::new(p, q)];
-        Self { x, y, edges, anchors_at_end: anchors_at_end(setup) }
+        // Of a triangle in canonical order, the left side goes up, the right side down unless it is the top, and the third
+        // is never the top.
+        let (other, left, right) = (plane(q, r, |a| a > 0), plane(r, p, |_| true), plane(p, q, |a| a == 0));
+        let other_is_left = other.0.a > 0;
+        Some(Self {
+            x,
+            y,
+            left: Side::left(left),
+            right: Side::right(right),
+            other: if other_is_left { Side::left(other) } else { Side::right(other) },
+            other_is_left,
+            edges: [other.0, left.0],
+            area2,
+            anchors_at_end: anchors_at_end(setup),
+        })
     }
 
     /// The row at `y`; others stay empty.
     #[inline(always)]
-    fn solve(&self, y: i32) -> Rows {
+    pub(crate) fn solve(&self, y: i32) -> Rows {
         let row = y - self.y;
-        let [other, left, right] = self.edges;
-        let [e0, e1, e2] = each(self.edges, |edge| edge.first + edge.step_y * row);
-        // The sides are known, as in `Small`.
-        let mut start = left.crossing(e1);
-        let mut end = if right.step_x < 0 { right.crossing(e2) } else { i32::MAX };
-        if other.step_x > 0 {
-            start = start.max(other.crossing(e0));
-        } else if other.step_x < 0 {
-            end = end.min(other.crossing(e0));
-        }
+        let (left, right, other) =
+            (self.left.crossing(row), self.right.crossing(row), self.other.crossing(row));
+        let (start, end) =
+            if self.other_is_left { (left.max(other), right) } else { (left, right.min(other)) };
         let anchor = if self.anchors_at_end { end.wrapping_sub(1) } else { start };
-        let at = |e: i32, edge: CompactEdge| e.wrapping_add(edge.step_x.wrapping_mul(anchor)) as f32;
+        let [e0, e1] = [self.edges[0].at(anchor, row), self.edges[1].at(anchor, row)];
+        let e2 = self.area2.wrapping_sub(e0).wrapping_sub(e1);
         let mut rows = Rows::EMPTY;
         rows.start[0] = self.x + start;
         rows.end[0] = self.x.wrapping_add(end);
         rows.anchor[0] = self.x.wrapping_add(anchor);
-        (rows.edges[0][0], rows.edges[1][0], rows.edges[2][0]) = (at(e0, other), at(e1, left), at(e2, right));
+        (rows.edges[0][0], rows.edges[1][0], rows.edges[2][0]) = (e0 as f32, e1 as f32, e2 as f32);
         rows
     }
 }
@@ -497,6 +554,13 @@ impl Large {
     }
 }
 
+/// One row of a triangle of any size, without memory for what its rows have in common.
+#[cold]
+#[inline(never)]
+pub(crate) fn solve_alone(setup: &Setup, y: i32) -> Rows {
+    Large::new(setup).solve(y, y + 1)
+}
+
 /// The first column at which an edge that is not level has changed its mind about row `y`; at most one past the domain.
 fn crossing(edge: &EdgeFunction, inv_step: f32, y: i32) -> i32 {
     const BEYOND: f32 = (EXTENT + 1) as f32;
@@ -575,9 +639,15 @@ mod tests {
 
     #[test]
     fn compact_and_large_rows_are_the_same() {
-        for (size, step) in [(3, 1), (20, 1), (62, 1), (62, 128)] {
-            for setup in triangles(size, step, 1000) {
-                let (compact, large, bounds) = (Compact::new(&setup), Large::new(&setup), setup.bounds());
+        for (size, step) in [(3, 1), (20, 1), (62, 1), (62, 128), (300, 1), (1023, 1), (1023, 128)] {
+            for setup in triangles(size, step, if size < 100 { 1000 } else { 100 }) {
+                let bounds = setup.bounds();
+                let edges = [bounds.x, bounds.y, bounds.right(), bounds.bottom()];
+                let Some(compact) = Compact::new(&setup, edges) else {
+                    assert!(setup.area2() > i64::from(u32::MAX), "it is too large: {setup:?}");
+                    continue;
+                };
+                let large = Large::new(&setup);
                 for y in bounds.y..bounds.bottom() {
                     let row = |r: &Rows| {
                         let edges = r.edges.map(|e| e[0].to_bits());

@@ -137,7 +137,7 @@ impl Viewport {
     /// The smallest and the largest depth.
     #[inline(always)]
     pub(crate) fn depth_limits(&self) -> (f32, f32) {
-        let (a, b) = (self.min_depth, self.max_depth);
+        let (a, b) = (self.min_depth + 0.0, self.max_depth + 0.0); // no −0
         if a < b { (a, b) } else { (b, a) }
     }
 
