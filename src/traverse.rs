@@ -187,7 +187,7 @@ fn is_small(setup: &Setup) -> bool {
 
 /// At which end of a row 1/w is smaller. From there it grows along the row, so that no rounding error can exceed it.
 #[inline(always)]
-pub(crate) fn anchors_at_end(setup: &Setup) -> bool {
+fn anchors_at_end(setup: &Setup) -> bool {
     let corners = setup.corners();
     let edges = setup.edges();
     let [p, q, r] = each(edges, |edge| edge.slope()[0] as f32);
@@ -429,89 +429,6 @@ impl Compact {
     }
 }
 
-/// Edges of a triangle whose bounds hold few samples, each of which is tested.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Tiny {
-    /// Bounds, relative to which the edges are.
-    x: i32,
-    y: i32,
-    width: i32,
-    /// Change of each edge function by a subpixel, and its biased value at the top left sample.
-    a: [i32; 3],
-    b: [i32; 3],
-    c: [i32; 3],
-    bias: [i32; 3],
-}
-
-impl Tiny {
-    /// Bounds of at most this many columns and rows are tiny.
-    pub(crate) const SIZE: u32 = 4;
-
-    /// The edges of a clockwise triangle with these bounds.
-    #[inline(always)]
-    pub(crate) fn new(corners: [ProjectedVertex; 3], x: i32, y: i32, width: i32) -> Self {
-        let [p, q, r] = each(corners, |v| [v.x() - (x << 8) - 128, v.y() - (y << 8) - 128]);
-        let edge = |p: [i32; 2], q: [i32; 2]| {
-            let (a, b) = (p[1] - q[1], q[0] - p[0]);
-            let bias = i32::from(!((a > 0) | ((a == 0) & (b > 0))));
-            (a, b, -(a * p[0] + b * p[1]) - bias, bias)
-        };
-        let (e0, e1, e2) = (edge(q, r), edge(r, p), edge(p, q));
-        Self {
-            x,
-            y,
-            width,
-            a: [e0.0, e1.0, e2.0],
-            b: [e0.1, e1.1, e2.1],
-            c: [e0.2, e1.2, e2.2],
-            bias: [e0.3, e1.3, e2.3],
-        }
-    }
-
-    /// The columns covered on row `y`, as start and end; empty when they are equal.
-    #[inline(always)]
-    fn row(&self, y: i32) -> (i32, i32) {
-        let row = y - self.y;
-        let at = |i: usize| self.c[i] + ((self.b[i] * row) << 8);
-        let (mut e0, mut e1, mut e2) = (at(0), at(1), at(2));
-        let (mut before, mut inside) = (0, 0);
-        for _ in 0..self.width {
-            // The sign bit of all three is clear inside.
-            let is_inside = 1 + ((e0 | e1 | e2) >> 31);
-            inside += is_inside;
-            before += i32::from(inside == 0);
-            e0 += self.a[0] << 8;
-            e1 += self.a[1] << 8;
-            e2 += self.a[2] << 8;
-        }
-        (self.x + before, self.x + before + inside)
-    }
-
-    /// Whether any sample of its bounds is covered.
-    #[inline(always)]
-    pub(crate) fn covers_any(&self, height: i32) -> bool {
-        let mut any = false;
-        for row in 0..height {
-            let (start, end) = self.row(self.y + row);
-            any |= start < end;
-        }
-        any
-    }
-
-    /// The covered span of a row of the area between `left` and `right`.
-    #[inline(always)]
-    pub(crate) fn span(&self, y: i32, left: i32, right: i32, anchors_at_end: bool) -> Option<Span> {
-        let (start, end) = self.row(y);
-        if start.max(left) >= end.min(right) {
-            return None;
-        }
-        let anchor = if anchors_at_end { end - 1 } else { start };
-        let (column, row) = (anchor - self.x, y - self.y);
-        let at = |i: usize| (self.c[i] + self.bias[i] + ((self.a[i] * column + self.b[i] * row) << 8)) as f32;
-        Some(Span { y, start: start.max(left), end: end.min(right), anchor, edges: [at(0), at(1), at(2)] })
-    }
-}
-
 /// Edges of a triangle of any size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Large {
@@ -679,30 +596,6 @@ mod tests {
                     }
                 }
             }
-        }
-    }
-
-    #[test]
-    fn tiny_and_large_rows_are_the_same() {
-        for setup in triangles(4, 1, 3000).into_iter().chain(triangles(4, 64, 3000)) {
-            let bounds = setup.bounds();
-            if bounds.is_empty() || bounds.width > Tiny::SIZE {
-                continue;
-            }
-            let large = Large::new(&setup);
-            let tiny = Tiny::new(setup.corners(), bounds.x, bounds.y, bounds.width as i32);
-            let mut any = false;
-            for y in bounds.y..bounds.bottom() {
-                let rows = large.solve(y, y + 1);
-                let span = tiny.span(y, -EXTENT, EXTENT, anchors_at_end(&setup));
-                any |= span.is_some();
-                let expected = (rows.start[0] < rows.end[0]).then(|| {
-                    (rows.start[0], rows.end[0], rows.anchor[0], rows.edges.map(|edge| edge[0].to_bits()))
-                });
-                let found = span.map(|s| (s.start, s.end, s.anchor, s.edges.map(f32::to_bits)));
-                assert_eq!(found, expected, "{setup:?} row {y}");
-            }
-            assert_eq!(tiny.covers_any(bounds.height as i32), any, "{setup:?}");
         }
     }
 
