@@ -6,23 +6,19 @@
 mod support;
 
 use core::error::Error;
-use halfplane::glam::{Mat4, Vec2, Vec3, Vec4, camera::rh::proj::directx, vec3};
+use halfplane::glam::{Mat4, Vec4, vec3};
 use halfplane::{
     Computed, CullMode, Grid, Primitives, ProjectedVertex, Rasterizer, Record, Rect, Statistics, Surface,
     Viewport, pack_rgb565,
 };
 use std::sync::Mutex;
-use support::image;
+use support::{image, torus};
 
 const WIDTH: u32 = 320;
 const HEIGHT: u32 = 240;
 const TILE: (u32, u32) = (64, 32);
 const TILE_LEN: usize = (TILE.0 * TILE.1) as usize;
 const TILES: usize = (WIDTH.div_ceil(TILE.0) * HEIGHT.div_ceil(TILE.1)) as usize;
-
-/// A torus: so many corners around it, and around its tube.
-const AROUND: usize = 32;
-const TUBE: usize = 14;
 
 /// How many triangles may be seen at a time. Of a torus about half.
 const RECORDS: usize = 512;
@@ -33,7 +29,7 @@ struct Memory {
     color: [u16; TILE_LEN],
     depth: [u16; TILE_LEN],
     /// The geometry of the frame.
-    vertices: [ProjectedVertex; AROUND * TUBE],
+    vertices: [ProjectedVertex; torus::CORNERS],
     records: [Record<f32>; RECORDS],
     bins: [u32; Grid::bin_memory(TILES, 2 * RECORDS)],
 }
@@ -42,39 +38,10 @@ struct Memory {
 static MEMORY: Mutex<Memory> = Mutex::new(Memory {
     color: [0; TILE_LEN],
     depth: [0; TILE_LEN],
-    vertices: [ProjectedVertex::BLANK; AROUND * TUBE],
+    vertices: [ProjectedVertex::BLANK; torus::CORNERS],
     records: [Record::blank(0.0); RECORDS],
     bins: [0; Grid::bin_memory(TILES, 2 * RECORDS)],
 });
-
-/// Corner `i` of the torus, and the direction away from its surface.
-fn corner(i: usize) -> (Vec3, Vec3) {
-    let turn = |i: usize, of: usize| Vec2::from_angle(core::f32::consts::TAU * i as f32 / of as f32);
-    let (around, tube) = (turn(i / TUBE, AROUND), turn(i % TUBE, TUBE));
-    let normal = vec3(around.x * tube.x, tube.y, around.y * tube.x);
-    (vec3(around.x, 0.0, around.y) + normal * 0.45, normal)
-}
-
-/// The corners of its triangles, in flash.
-#[expect(clippy::cast_possible_truncation, reason = "there are 448 corners")]
-const INDICES: [u16; AROUND * TUBE * 6] = {
-    let mut indices = [0; AROUND * TUBE * 6];
-    let mut i = 0;
-    while i < AROUND * TUBE {
-        // This corner, the next along the tube, and both of the next ring.
-        let (ring, next_ring) = (i / TUBE * TUBE, (i / TUBE + 1) % AROUND * TUBE);
-        let (here, up) = (i % TUBE, (i % TUBE + 1) % TUBE);
-        let [a, b, c, d] = [ring + here, ring + up, next_ring + here, next_ring + up];
-        let corners = [a, b, c, c, b, d];
-        let mut j = 0;
-        while j < 6 {
-            indices[6 * i + j] = corners[j] as u16;
-            j += 1;
-        }
-        i += 1;
-    }
-    indices
-};
 
 /// Draws a frame and sends it tile by tile.
 fn draw_frame(
@@ -87,10 +54,11 @@ fn draw_frame(
     let grid = Grid::new(frame, TILE.0, TILE.1)?;
     let (rasterizer, model, matrix) = scene(angle)?;
 
-    let positions = Computed::new(AROUND * TUBE, |i| matrix * corner(i).0.extend(1.0));
-    let light = Computed::new(AROUND * TUBE, |i| brightness(model, i));
+    let positions = Computed::new(torus::CORNERS, |i| matrix * torus::corner(i).0.extend(1.0));
+    let light = Computed::new(torus::CORNERS, |i| torus::brightness(model, i));
     let vertices = rasterizer.project(positions, vertices)?;
-    let mut preparation = rasterizer.prepare(frame, Primitives::list().indexed(&INDICES), vertices, light)?;
+    let mut preparation =
+        rasterizer.prepare(frame, Primitives::list().indexed(&torus::INDICES), vertices, light)?;
     let batch = preparation.fill(records)?.unwrap_or_default();
     let bins = rasterizer.bin(&grid, batch, bins)?;
     let mut statistics = preparation.statistics();
@@ -117,15 +85,8 @@ fn draw_frame(
 fn scene(angle: f32) -> Result<(Rasterizer<f32>, Mat4, Mat4), Box<dyn Error>> {
     let mut rasterizer = Rasterizer::new(Viewport::of_size(WIDTH, HEIGHT)?);
     rasterizer.cull_mode = CullMode::Back;
-    let model =
-        Mat4::from_rotation_x(0.7) * Mat4::from_rotation_z(angle) * Mat4::from_rotation_y(angle * 2.0);
-    let projection = directx::perspective(0.8, WIDTH as f32 / HEIGHT as f32, 1.0, 10.0);
-    Ok((rasterizer, model, projection * Mat4::from_translation(vec3(0.0, 0.0, -4.2)) * model))
-}
-
-/// How much light falls on a corner.
-fn brightness(model: Mat4, i: usize) -> f32 {
-    model.transform_vector3(corner(i).1).dot(vec3(0.36, 0.8, 0.48)).max(0.0) * 0.9 + 0.1
+    let (model, matrix) = torus::matrices(angle, WIDTH as f32 / HEIGHT as f32);
+    Ok((rasterizer, model, matrix))
 }
 
 fn paint(light: f32) -> u16 {
@@ -156,11 +117,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (rasterizer, model, matrix) = scene(0.35)?;
     let (mut color, mut depth) = (vec![0x10a3; display.len()], vec![u16::MAX; display.len()]);
     let mut target = Surface::new(&mut color, &mut depth, WIDTH, HEIGHT)?;
-    let positions = Computed::new(AROUND * TUBE, |i| -> Vec4 { matrix * corner(i).0.extend(1.0) });
-    let light = Computed::new(AROUND * TUBE, |i| brightness(model, i));
-    rasterizer.draw(&mut target, Primitives::list().indexed(&INDICES), positions, light, |fragment| {
-        paint(fragment.varyings())
-    })?;
+    let positions = Computed::new(torus::CORNERS, |i| -> Vec4 { matrix * torus::corner(i).0.extend(1.0) });
+    let light = Computed::new(torus::CORNERS, |i| torus::brightness(model, i));
+    rasterizer.draw(
+        &mut target,
+        Primitives::list().indexed(&torus::INDICES),
+        positions,
+        light,
+        |fragment| paint(fragment.varyings()),
+    )?;
     assert!(color == display, "the picture does not depend on how the frame is cut");
 
     let rgba = |c: &u16| {

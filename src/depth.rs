@@ -11,9 +11,9 @@
 /// | type | range | step | conversion of d ∈ \[0, 1\] |
 /// | --- | --- | --- | --- |
 /// | `f32` | any | floating | d |
-/// | `u16` | 0 ..= 65 535 | 2⁻¹⁶ | round(d · 65 535), the product rounded to `f32` first |
-/// | [`Depth24`] | 0 ..= 16 777 215 | 2⁻²⁴ | round(d · (2²⁴ − 1)), exactly rounded |
-/// | `u32` | 0 ..= 2³² − 1 | 2⁻³² | round(d · (2³² − 1)), exactly rounded |
+/// | `u16` | 0 ..= 65 535 | 1 / 65 535 | round(d · 65 535), the product rounded to `f32` first |
+/// | [`Depth24`] | 0 ..= 16 777 215 | 1 / (2²⁴ − 1) | round(d · (2²⁴ − 1)), exactly rounded |
+/// | `u32` | 0 ..= 2³² − 1 | 1 / (2³² − 1) | round(d · (2³² − 1)), exactly rounded |
 /// | `()` | none | | no depth buffer: every fragment passes |
 ///
 /// A lookup in a shadow map compares `from_depth` of the receiver's depth with the stored value.

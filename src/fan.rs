@@ -9,15 +9,13 @@ use crate::clip::{Corner, Room, room_of};
 use crate::fragment::{Identity, Pedigree};
 use crate::interpolate::{Varyings, Weights};
 use crate::project::{ProjectedVertex, Projector};
-use crate::setup::signed_area2;
+use crate::setup::{Setup, signed_area2};
 use crate::triple::each;
 
 /// A triangle, or a piece of one that was clipped, which may cover samples.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
-    pub(crate) corners: [ProjectedVertex; 3],
-    /// Twice the signed area; not zero.
-    pub(crate) area2: i64,
+    pub(crate) setup: Setup,
     /// The caller's vertices.
     pub(crate) vertices: [usize; 3],
     pub(crate) identity: Identity,
@@ -162,13 +160,8 @@ impl Fan {
             self.next += 1;
             // Rounding can turn a sliver over. What it would cover belongs to its neighbours.
             if area2.signum() == self.area2.signum() {
-                return Some(Piece {
-                    corners,
-                    area2,
-                    vertices: self.vertices,
-                    identity: self.identity,
-                    in_fan,
-                });
+                let setup = Setup::with_area2(corners, area2);
+                return Some(Piece { setup, vertices: self.vertices, identity: self.identity, in_fan });
             }
         }
     }

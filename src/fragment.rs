@@ -3,6 +3,8 @@
 //! Everything that a shader may ask is a formula of the edge functions at the sample. A fragment only carries what these
 //! formulas start from; what is not asked for costs nothing.
 
+use glam::Vec4;
+
 use crate::interpolate::{Varyings, Weights};
 use crate::setup::Setup;
 use crate::traverse::HAS_FLOAT_LANES;
@@ -113,17 +115,6 @@ impl<'a, V: Varyings> Shading<'a, V> {
         identity: Identity,
         pedigree: Option<&'a Pedigree>,
     ) -> Self {
-        Self::of_corners(setup, reorder(varyings, setup.order()), identity, pedigree)
-    }
-
-    /// The same with the values in the order of the setup's corners.
-    #[inline(always)]
-    pub(crate) fn of_corners(
-        setup: &Setup,
-        varyings: [V; 3],
-        identity: Identity,
-        pedigree: Option<&'a Pedigree>,
-    ) -> Self {
         let order = setup.order();
         let slopes = each(setup.edges(), |edge| edge.slope());
         let provoking = match order {
@@ -169,6 +160,21 @@ impl<'a, V: Varyings> Shading<'a, V> {
         Sample { p, q, sum: p + q + r, l: edges[0] * self.inv_area2, m: edges[1] * self.inv_area2 }
     }
 
+    /// [`sample`](Self::sample) for four: p, q, sum, l, m.
+    #[inline(always)]
+    pub(crate) fn samples(&self, [e0, e1, e2]: [Vec4; 3]) -> [Vec4; 5] {
+        let [u, v, w] = self.inv_w;
+        let (p, q, r) = (e0 * u, e1 * v, e2 * w);
+        [p, q, p + q + r, e0 * self.inv_area2, e1 * self.inv_area2]
+    }
+
+    /// The edge functions `dx` columns right of where they are these: exact in a tiny triangle.
+    #[inline(always)]
+    pub(crate) fn edges_moved(&self, [e0, e1, e2]: [f32; 3], dx: f32) -> [f32; 3] {
+        let [a, b, c] = self.step_x;
+        [e0 + a * dx, e1 + b * dx, e2 + c * dx]
+    }
+
     /// The change of [`sample`](Self::sample) by a pixel to the right.
     #[inline(always)]
     pub(crate) fn step_x(&self) -> Sample {
@@ -180,6 +186,7 @@ impl<'a, V: Varyings> Shading<'a, V> {
 ///
 /// Everything is computed when it is asked for. Numbers are the same bits however the frame is cut into tiles, and on
 /// every target. A function that takes one is written `fn shade(fragment: Fragment<'_, MyVaryings>) -> Color`.
+/// Mark it `#[inline(always)]`: a function that is called can become no SIMD, and nothing can be left out for it.
 ///
 /// # Examples
 /// ```

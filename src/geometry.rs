@@ -3,14 +3,16 @@
 //! A triangle is projected, clipped if it must be, culled by the sign of its exact area, and dropped when its bounding box
 //! holds no sample. All of that comes before the first division: of a fine mesh, most triangles end here.
 
+#![expect(clippy::cast_possible_truncation, reason = "places in a batch are under 2⁶")]
+
 use crate::fan::{Fan, Piece};
-use crate::fragment::Identity;
+use crate::fragment::{Identity, reorder};
 use crate::primitive::{Index, Triangle, Triangles};
-use crate::project::{Positions, ProjectedVertex, Projector, is_invalid};
-use crate::setup::{sample_bounds, signed_area2};
+use crate::project::{Positions, ProjectedVertex, Projector, ROUNDING, is_invalid};
+use crate::setup::{ORDERS, Setup, sample_bounds, signed_area2};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::Rect;
-use crate::traverse::{HAS_FLOAT_LANES, Tiny};
+use crate::traverse::HAS_FLOAT_LANES;
 use crate::triple::each;
 
 /// Which sides of triangles are drawn, and what they are called.
@@ -23,33 +25,95 @@ pub(crate) struct Facing {
 
 impl Facing {
     #[inline(always)]
-    fn is_front(self, area2: i64) -> bool {
-        (area2 < 0) == (self.front_face == FrontFace::CounterClockwise)
+    fn is_front(self, is_counter_clockwise: bool) -> bool {
+        is_counter_clockwise == (self.front_face == FrontFace::CounterClockwise)
     }
 
     #[inline(always)]
     pub(crate) fn culls(self, area2: i64) -> bool {
-        let is_front = self.is_front(area2);
+        let is_front = self.is_front(area2 < 0);
         ((self.cull_mode == CullMode::Front) & is_front) | ((self.cull_mode == CullMode::Back) & !is_front)
     }
 
     #[inline(always)]
-    pub(crate) fn identity(self, triangle: Triangle, area2: i64, primitive: u32) -> Identity {
+    pub(crate) fn identity(self, triangle: Triangle, is_counter_clockwise: bool, primitive: u32) -> Identity {
         let provoking = match self.provoking_vertex {
             ProvokingVertex::First => 0,
             ProvokingVertex::Last => triangle.last_provoking,
         };
-        Identity { provoking, is_front_facing: self.is_front(area2), primitive }
+        Identity { provoking, is_front_facing: self.is_front(is_counter_clockwise), primitive }
     }
 }
 
 /// How many triangles are looked at before the first of them is drawn.
 const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 4 };
 
+/// For how many minute triangles in a batch it is worth to look for those that cover nothing.
+const MANY: u32 = 4;
+
+#[inline(always)]
+fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// [`first_sample`](crate::setup::first_sample) plus [`ROUNDING`]: the nearest integer of (v − ½) / 256, which is never a
+/// tie, left where the addition puts it.
+#[inline(always)]
+fn pixel(v: f32) -> f32 {
+    (v - 0.5) * (1.0 / 256.0) + ROUNDING
+}
+
+/// Some triangles of a draw, and what was found out about them.
+#[derive(Debug)]
+struct Batch {
+    triangles: [Triangle; BATCH],
+    /// The coordinates of each one's vertices, in subpixels.
+    x: [[i32; BATCH]; 3],
+    y: [[i32; BATCH]; 3],
+    verdicts: [u32; BATCH],
+    /// Which of them may be seen, and how many those are.
+    list: [usize; BATCH],
+    len: usize,
+    /// How many triangles there are in all.
+    count: usize,
+    /// The place in the list of the next one.
+    next: usize,
+    /// The number of the first triangle.
+    primitive: u32,
+}
+
+impl Batch {
+    const EMPTY: Self = Self {
+        triangles: [Triangle { vertices: [0; 3], last_provoking: 0 }; BATCH],
+        x: [[0; BATCH]; 3],
+        y: [[0; BATCH]; 3],
+        verdicts: [0; BATCH],
+        list: [0; BATCH],
+        len: 0,
+        count: 0,
+        next: 0,
+        primitive: 0,
+    };
+}
+
+/// What the sieve says of a triangle that may be seen: in the low bits, how to bring its vertices into canonical order, as
+/// a place in [`ORDERS`]. Or else:
+mod verdict {
+    /// It is not drawn.
+    pub(super) const HIDDEN: u32 = 8;
+    /// It has to be clipped, or its area is zero in `f32`: look closer.
+    pub(super) const UNDECIDED: u32 = 16;
+}
+
 /// Iterates over the pieces of a draw.
 ///
-/// Triangles come in batches: first one tight loop that finds out, without a branch, which of a batch have to be drawn;
-/// then those. Whether a triangle is culled is a coin toss that no branch predictor wins.
+/// Triangles come in batches, which go through a sieve: loops without a branch that find out which of them have to be
+/// drawn. Then those are. Whether a triangle is culled is a coin toss that no branch predictor wins.
 #[derive(Debug)]
 pub(crate) struct Geometry<'a, I, P> {
     triangles: Triangles<'a, I>,
@@ -58,11 +122,7 @@ pub(crate) struct Geometry<'a, I, P> {
     facing: Facing,
     /// The render area: left, top, right, bottom.
     area: [i32; 4],
-    /// The number of the batch's first triangle.
-    primitive: u32,
-    batch: [(Triangle, u32); BATCH],
-    next: usize,
-    len: usize,
+    batch: Batch,
     /// Strips, fans and tidy meshes name a vertex again at once: the triangle before is all the cache they need.
     before: [(usize, ProjectedVertex); 3],
     pub(crate) statistics: Statistics,
@@ -76,17 +136,14 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         facing: Facing,
         area: Rect,
     ) -> Self {
-        let primitive = triangles.first_number();
+        let batch = Batch { primitive: triangles.first_number(), ..Batch::EMPTY };
         Self {
             triangles,
             positions,
             projector,
             facing,
             area: [area.x, area.y, area.right(), area.bottom()],
-            primitive,
-            batch: [(Triangle::default(), 0); BATCH],
-            next: 0,
-            len: 0,
+            batch,
             before: [(usize::MAX, ProjectedVertex::default()); 3],
             statistics: Statistics::default(),
         }
@@ -111,37 +168,109 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         corners
     }
 
-    /// Takes a triangle into the batch, unless it is culled or cannot cover a sample.
-    #[inline(always)]
-    fn look_at(&mut self, triangle: Triangle, number: u32) {
-        let corners @ [a, b, c] = self.corners(triangle.vertices);
-        let area2 = signed_area2(a, b, c);
-        let is_outside = a.is_outside() | b.is_outside() | c.is_outside();
-        let is_degenerate = !is_outside & (area2 == 0);
-        let is_culled = !is_outside & !is_degenerate & self.facing.culls(area2);
-        self.statistics.degenerate += u64::from(is_degenerate);
-        self.statistics.culled += u64::from(is_culled);
-        let is_drawn = is_outside | (!is_degenerate & !is_culled & self.may_cover(corners));
-        if let Some(place) = self.batch.get_mut(self.len) {
-            *place = (triangle, number);
-        }
-        self.len += usize::from(is_drawn);
-    }
-
     /// Fills the batch. False when there are no more triangles.
     #[inline(always)]
     fn refill(&mut self) -> bool {
-        (self.next, self.len) = (0, 0);
-        let first = self.primitive;
-        let mut number = first;
-        for _ in 0..BATCH {
-            let Some(triangle) = self.triangles.next() else { break };
-            self.look_at(triangle, number);
-            number = number.wrapping_add(1);
+        self.batch.primitive = self.batch.primitive.wrapping_add(self.batch.count as u32);
+        let count = self.triangles.next_some(&mut self.batch.triangles);
+        for i in 0..count.min(BATCH) {
+            let [a, b, c] = self.corners(self.batch.triangles[i].vertices);
+            let Batch { x: [ax, bx, cx], y: [ay, by, cy], .. } = &mut self.batch;
+            (ax[i], bx[i], cx[i]) = (a.x(), b.x(), c.x());
+            (ay[i], by[i], cy[i]) = (a.y(), b.y(), c.y());
         }
-        self.primitive = number;
-        self.statistics.primitives += u64::from(number.wrapping_sub(first));
-        number != first
+        self.batch.count = count;
+        self.statistics.primitives += count as u64;
+        self.sift(count);
+        count > 0
+    }
+
+    /// Finds out which of the batch's triangles have to be drawn.
+    ///
+    /// All in `f32`, where differences of coordinates are exact: they have 24 bits. Products of them may be rounded, but
+    /// rounding is monotonic: the difference of two has the sign of the area, or is zero. Which zeros are lines and which
+    /// are needles is left to integers, unless both products are exact.
+    #[inline(always)]
+    fn sift(&mut self, count: usize) {
+        let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
+        let area = self.area.map(|edge| edge as f32 + ROUNDING);
+        let (culls_positive, culls_negative) = (self.facing.culls(1), self.facing.culls(-1));
+        let (mut culled, mut degenerate, mut minute) = (0, 0, 0);
+        for i in 0..BATCH {
+            let [ax, bx, cx] = [ax[i] as f32, bx[i] as f32, cx[i] as f32];
+            let [ay, by, cy] = [ay[i] as f32, by[i] as f32, cy[i] as f32];
+            let (p, q) = ((bx - ax) * (cy - ay), (by - ay) * (cx - ax));
+            let (area2, size) = (p - q, p.abs() + q.abs());
+            let (left, right) = (min(min(ax, bx), cx), max(max(ax, bx), cx));
+            let (top, bottom) = (min(min(ay, by), cy), max(max(ay, by), cy));
+            let (left_pixel, right_pixel) = (pixel(left), pixel(right));
+            let (top_pixel, bottom_pixel) = (pixel(top), pixel(bottom));
+            let is_seen = (max(left_pixel, area[0]) < min(right_pixel, area[2]))
+                & (max(top_pixel, area[1]) < min(bottom_pixel, area[3]));
+            let is_undecided = (left < -8_388_608.0) | ((area2 == 0.0) & (size >= 16_777_216.0));
+            let is_degenerate = !is_undecided & (area2 == 0.0);
+            let is_culled =
+                !is_undecided & (((area2 > 0.0) & culls_positive) | ((area2 < 0.0) & culls_negative));
+            let is_in = i < count;
+            degenerate += u32::from(is_degenerate & is_in);
+            culled += u32::from(is_culled & is_in);
+            let is_higher = |ax: f32, ay: f32, bx: f32, by: f32| (ay < by) | ((ay == by) & (ax < bx));
+            let b_first = is_higher(bx, by, ax, ay);
+            let c_first = is_higher(cx, cy, ax, ay) & is_higher(cx, cy, bx, by);
+            let first = if c_first { 2 } else { u32::from(b_first) };
+            let order = first + if area2 < 0.0 { 3 } else { 0 };
+            let is_hidden = !is_in | (!is_undecided & (is_degenerate | is_culled | !is_seen));
+            let is_minute = (right_pixel - left_pixel <= 2.0) & (bottom_pixel - top_pixel <= 2.0);
+            minute += u32::from(is_minute & !is_hidden);
+            verdicts[i] = order
+                | if is_hidden { verdict::HIDDEN } else { 0 }
+                | if is_undecided { verdict::UNDECIDED } else { 0 };
+        }
+        self.statistics.culled += u64::from(culled);
+        self.statistics.degenerate += u64::from(degenerate);
+        if minute > MANY {
+            self.sift_minute();
+        }
+        let Batch { verdicts, list, .. } = &mut self.batch;
+        let mut len = 0;
+        for (i, verdict) in (0..count).zip(verdicts) {
+            // Always put there; kept, or overwritten by the next.
+            list[len & (BATCH - 1)] = i;
+            len += usize::from(*verdict & verdict::HIDDEN == 0);
+        }
+        (self.batch.len, self.batch.next) = (len, 0);
+    }
+
+    /// Hides triangles that lie between samples, of those whose bounds hold one or two, or two by two. Half of the triangles
+    /// in the size of a pixel do: finding out takes less than setting them up.
+    #[inline(always)]
+    fn sift_minute(&mut self) {
+        let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
+        for i in 0..BATCH {
+            let [ax, bx, cx] = [ax[i] as f32, bx[i] as f32, cx[i] as f32];
+            let [ay, by, cy] = [ay[i] as f32, by[i] as f32, cy[i] as f32];
+            let (left, right) = (pixel(min(min(ax, bx), cx)), pixel(max(max(ax, bx), cx)));
+            let (top, bottom) = (pixel(min(min(ay, by), cy)), pixel(max(max(ay, by), cy)));
+            let is_minute = (right - left <= 2.0) & (bottom - top <= 2.0);
+            let sample = |pixel: f32| (pixel - ROUNDING) * 256.0 + 128.0;
+            let (x, y) = (sample(left), sample(top));
+            let clockwise = if verdicts[i] & 7 >= 3 { -1.0 } else { 1.0 };
+            let edge = |px: f32, py: f32, qx: f32, qy: f32| {
+                let (a, b) = ((py - qy) * clockwise, (qx - px) * clockwise);
+                // A top or left edge has a > 0, or a = 0 and b > 0.
+                let bias = if a * 4096.0 + b > 0.0 { 0.5 } else { -0.5 };
+                (a * (x - px) + b * (y - py) + bias, a * 256.0, b * 256.0)
+            };
+            let (e0, e1, e2) = (edge(bx, by, cx, cy), edge(cx, cy, ax, ay), edge(ax, ay, bx, by));
+            // What lies outside of the bounds is never covered, and need not be told apart.
+            let least = |right: f32, down: f32| {
+                let at = |(e, a, b): (f32, f32, f32)| e + a * right + b * down;
+                min(min(at(e0), at(e1)), at(e2))
+            };
+            let covered = max(max(least(0.0, 0.0), least(1.0, 0.0)), max(least(0.0, 1.0), least(1.0, 1.0)));
+            let is_decided = verdicts[i] & verdict::UNDECIDED == 0;
+            verdicts[i] |= if is_decided & is_minute & (covered < 0.0) { verdict::HIDDEN } else { 0 };
+        }
     }
 
     /// The next piece. `fan` is where it keeps what is left of a clipped triangle; it starts empty.
@@ -150,31 +279,34 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         loop {
             if let Some(pieces) = fan {
                 match pieces.next(&self.projector) {
-                    Some(piece) if self.may_cover(piece.corners) => return Some(piece),
+                    Some(piece) if self.may_cover(piece.setup.corners()) => return Some(piece),
                     Some(_) => {}
                     None => *fan = None,
                 }
                 continue;
             }
-            if self.next >= self.len {
+            if self.batch.next >= self.batch.len {
                 if !self.refill() {
                     return None;
                 }
                 continue;
             }
-            let &(triangle, number) = self.batch.get(self.next)?;
-            self.next += 1;
-            let corners @ [a, b, c] = self.corners(triangle.vertices);
-            if a.is_outside() | b.is_outside() | c.is_outside() {
-                *fan = self.clip(triangle, corners, number);
-                continue;
-            }
-            let area2 = signed_area2(a, b, c);
-            if HAS_FLOAT_LANES && !may_cover_tiny(corners, area2) {
-                continue;
-            }
-            let identity = self.facing.identity(triangle, area2, number);
-            return Some(Piece { corners, area2, vertices: triangle.vertices, identity, in_fan: 0 });
+            let lane = *self.batch.list.get(self.batch.next)? & (BATCH - 1);
+            self.batch.next += 1;
+            let (triangle, verdict) = (self.batch.triangles[lane], self.batch.verdicts[lane]);
+            let number = self.batch.primitive.wrapping_add(lane as u32);
+            let vertices = triangle.vertices;
+            let setup = if verdict & verdict::UNDECIDED == 0 {
+                let order = *ORDERS.get(verdict as usize)?;
+                Setup::of_corners(self.corners(reorder(vertices, order)), verdict as u8)
+            } else {
+                match self.look_closer(triangle, number, fan) {
+                    Some(setup) => setup,
+                    None => continue,
+                }
+            };
+            let identity = self.facing.identity(triangle, setup.is_counter_clockwise(), number);
+            return Some(Piece { setup, vertices, identity, in_fan: 0 });
         }
     }
 
@@ -183,6 +315,26 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     fn may_cover(&self, [a, b, c]: [ProjectedVertex; 3]) -> bool {
         let ([left, top, right, bottom], area) = (sample_bounds(a, b, c), self.area);
         (left.max(area[0]) < right.min(area[2])) & (top.max(area[1]) < bottom.min(area[3]))
+    }
+
+    /// Decides on a triangle by integers, or clips it: then `fan` has what is left.
+    #[cold]
+    #[inline(never)]
+    fn look_closer(&mut self, triangle: Triangle, number: u32, fan: &mut Option<Fan>) -> Option<Setup> {
+        let corners @ [a, b, c] = self.corners(triangle.vertices);
+        if a.is_outside() | b.is_outside() | c.is_outside() {
+            *fan = self.clip(triangle, corners, number);
+            return None;
+        }
+        let area2 = signed_area2(a, b, c);
+        if area2 == 0 {
+            self.statistics.degenerate += 1;
+        } else if self.facing.culls(area2) {
+            self.statistics.culled += 1;
+        } else if self.may_cover(corners) {
+            return Some(Setup::with_area2(corners, area2));
+        }
+        None
     }
 
     /// Clips and culls a triangle with a vertex outside of the clip volume.
@@ -215,21 +367,108 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             *count += 1;
             return None;
         }
-        fan.identity = self.facing.identity(triangle, fan.area2(), primitive);
+        fan.identity = self.facing.identity(triangle, fan.area2() < 0, primitive);
         Some(fan)
     }
 }
 
-/// Whether a triangle whose bounds hold one or two samples, or two by two, covers one of them. Others may.
-///
-/// Half of the triangles in the size of a pixel cover none: finding out takes less than setting them up.
-#[inline(always)]
-fn may_cover_tiny([a, b, c]: [ProjectedVertex; 3], area2: i64) -> bool {
-    let [left, top, right, bottom] = sample_bounds(a, b, c);
-    let (width, height) = (right - left, bottom - top);
-    if width > 2 || height > 2 {
-        return true;
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::clip::DepthClip;
+    use crate::primitive::Primitives;
+    use crate::project::Projected;
+    use crate::viewport::{ClipDepth, Viewport};
+    use glam::Vec4;
+    use std::vec::Vec;
+
+    /// Every kind of triangle: of a few subpixels up to all of the guard band, needles whose area is next to nothing
+    /// beside their length, and some that have none.
+    fn vertices(count: usize) -> Vec<ProjectedVertex> {
+        let mut random = 7u32;
+        let mut next = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            random >> 8
+        };
+        let mut vertices = Vec::new();
+        while vertices.len() < count {
+            let size = [300, 600, 900, 300, 600, 900, 20_000, 8_000_000][next() as usize % 8];
+            let choices = (next(), next());
+            let mut at = || (next() % size).cast_signed() - (size / 2).cast_signed();
+            let ([a, b, c], m) = ([[at(), at()], [at(), at()], [at(), at()]], at() / 2);
+            let bend = (choices.1 % 3).cast_signed() - 1;
+            // A needle from a along (m, m + 1) and (m + 1, m + 2) has an area of ½ at any length.
+            let triangle = match choices.0 % 8 {
+                0 | 1 => [
+                    [a[0] / 2, a[1] / 2],
+                    [a[0] / 2 + m, a[1] / 2 + m + 1],
+                    [a[0] / 2 + m + 1, a[1] / 2 + m + 2],
+                ],
+                2 => [a, b, [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2 + bend]],
+                3 => [a, a, b],
+                _ => [a, b, c],
+            };
+            // Some on a grid of samples and pixels' corners.
+            let triangle =
+                if choices.1 % 5 == 0 { triangle.map(|p| p.map(|at| at & !127)) } else { triangle };
+            vertices.extend(triangle.map(|[x, y]| ProjectedVertex::new(x, y, 0.5, 1.0).expect("in range")));
+        }
+        vertices
     }
-    let corners = if area2 > 0 { [a, b, c] } else { [a, c, b] };
-    Tiny::new(corners, left, top, width).covers_any(height)
+
+    #[test]
+    fn the_sieve_decides_as_the_integers_do() {
+        let vertices = vertices(30_000);
+        let area = Rect { x: -9, y: -7, width: 18, height: 16 };
+        let positions = [Vec4::ZERO; 30_000];
+        let projector =
+            Projector::new(&Viewport::of_size(64, 64).expect("valid"), ClipDepth::ZeroToOne, DepthClip::Clip);
+        for cull_mode in [CullMode::None, CullMode::Back, CullMode::Front] {
+            let facing = Facing {
+                cull_mode,
+                front_face: FrontFace::CounterClockwise,
+                provoking_vertex: ProvokingVertex::First,
+            };
+            let projected = Projected::new(&vertices, &positions).expect("as many");
+            let triangles = Primitives::list().triangles(vertices.len());
+            let mut geometry = Geometry::new(triangles, projected, projector, facing, area);
+            let (mut pieces, mut fan) = (Vec::new(), None);
+            while let Some(piece) = geometry.next(&mut fan) {
+                pieces.push((piece.identity.primitive, piece.setup));
+            }
+            let (mut culled, mut degenerate, mut pieces) = (0, 0, pieces.into_iter().peekable());
+            for (number, triangle) in (0u32..).zip(vertices.chunks_exact(3)) {
+                let corners = [triangle[0], triangle[1], triangle[2]];
+                let [a, b, c] = corners;
+                let area2 = signed_area2(a, b, c);
+                let drawn = pieces.next_if(|&(drawn, _)| drawn == number).map(|(_, setup)| setup);
+                if area2 == 0 {
+                    degenerate += 1;
+                } else if facing.culls(area2) {
+                    culled += 1;
+                } else {
+                    let setup = Setup::with_area2(corners, area2);
+                    let rect = area.intersection(setup.bounds());
+                    let is_covered = |(x, y)| setup.edges().iter().all(|edge| edge.covers(x, y));
+                    let mut samples =
+                        (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (x, y)));
+                    let covers_any = samples.any(is_covered);
+                    assert!(drawn.is_some() || !covers_any, "lost: {number} {corners:?}");
+                    assert!(drawn.is_none() || !rect.is_empty(), "misses the area: {number} {corners:?}");
+                    if let Some(drawn) = drawn {
+                        let same = (drawn.corners(), drawn.order(), drawn.area2());
+                        assert_eq!(same, (setup.corners(), setup.order(), setup.area2()), "{number}");
+                        assert_eq!(drawn.is_counter_clockwise(), setup.is_counter_clockwise(), "{number}");
+                    }
+                    continue;
+                }
+                assert!(drawn.is_none(), "{number} is not to be seen: {corners:?}");
+            }
+            assert!(pieces.next().is_none(), "all are accounted for");
+            let statistics = geometry.statistics;
+            assert_eq!((statistics.culled, statistics.degenerate), (culled, degenerate), "{cull_mode:?}");
+            assert_eq!(statistics.primitives, 10_000, "all were looked at");
+        }
+    }
 }

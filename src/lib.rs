@@ -24,6 +24,8 @@
 //! * What is interpolated is [`Varyings`]: numbers, vectors, arrays, tuples, your structs ([`varyings!`]); [`Flat`] and
 //!   [`NoPerspective`] qualify them.
 //! * The picture goes to a [`Framebuffer`]: [`Surface`] over your slices, or your own memory in three lines.
+//! * A frame in tiles or bands, one after the other or in threads of yours: [`Grid`] cuts it; [`Rasterizer::prepare`]
+//!   does the geometry once, into [`Record`]s; [`Rasterizer::bin`] says which of them touch which tile.
 //!
 //! # Conventions
 //!
@@ -53,6 +55,7 @@
 //! # Chapters
 //!
 //! * [How fast, and why](how_fast): the scenes, the numbers, and how to write a closure that becomes SIMD.
+//! * [On a microcontroller](on_a_microcontroller): memory, tiles, what to leave out, and what that saves.
 //!
 //! # Clearing
 //!
@@ -74,12 +77,16 @@ mod clip;
 mod project;
 mod edge;
 mod setup;
+mod plane;
+mod tiny;
 mod traverse;
 mod interpolate;
 mod fragment;
 mod fan;
 mod geometry;
+mod packet;
 mod shade;
+mod depth_pass;
 mod one_by_one;
 mod rasterizer;
 mod prepared;
@@ -113,6 +120,9 @@ pub use viewport::{ClipDepth, Viewport, ViewportError};
 
 #[doc = include_str!("how_fast.md")]
 pub mod how_fast {}
+
+#[doc = include_str!("on_a_microcontroller.md")]
+pub mod on_a_microcontroller {}
 
 /// The README's code blocks are tests.
 #[cfg(doctest)]

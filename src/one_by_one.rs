@@ -12,12 +12,13 @@ use crate::fan::{History, piece_of, polygon_area2, project_piece};
 use crate::fragment::{Fragment, Identity, Shading, reorder};
 use crate::geometry::Facing;
 use crate::interpolate::Varyings;
+use crate::plane::DepthPlane;
 use crate::primitive::{Index, Triangle, Triangles};
 use crate::project::{Positions, ProjectedVertex, Projector, is_invalid};
 use crate::setup::{Setup, sample_bounds, signed_area2};
-use crate::shade::DepthPlane;
 use crate::state::Statistics;
 use crate::target::Framebuffer;
+use crate::tiny::is_tiny;
 use crate::traverse::{Compact, solve_alone};
 use crate::triple::each;
 use crate::vertex::Attributes;
@@ -100,7 +101,7 @@ impl<P: Positions, A> Vertices<P, A> {
         if self.facing.culls(whole) {
             return Fate::Culled;
         }
-        part.identity = self.facing.identity(*triangle, whole, part.identity.primitive);
+        part.identity = self.facing.identity(*triangle, whole < 0, part.identity.primitive);
         loop {
             part.in_fan += 1;
             let Some(area2) = project_piece(polygon, part.in_fan, &self.projector, &mut part.corners) else {
@@ -155,7 +156,7 @@ impl Part {
         };
         let corner = |i: u8| self.corners.get(usize::from(i)).copied().unwrap_or_default();
         let corners = [corner(first), corner(second), corner(third)];
-        Setup::of_corners(corners, first, is_counter_clockwise)
+        Setup::of_corners(corners, first + if is_counter_clockwise { 3 } else { 0 })
     }
 }
 
@@ -208,7 +209,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
             vertices.fetch(triangle.vertices, &mut part.corners);
             let [a, b, c] = part.corners;
             part.area2 = signed_area2(a, b, c);
-            part.identity = vertices.facing.identity(triangle, part.area2, number);
+            part.identity = vertices.facing.identity(triangle, part.area2 < 0, number);
             part.in_fan = 0;
             number = number.wrapping_add(1);
             primitives += 1;
@@ -274,7 +275,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
             Some(history) => reorder(history.interpolate(&[a, b, c], identity.provoking), order),
         };
         let pedigree = history.map(History::pedigree);
-        let shading = Shading::of_corners(&setup, values, identity, pedigree.as_ref());
+        let shading = Shading::new(&setup, values, identity, pedigree.as_ref());
         self.draw_setup(&setup, bounds, &shading);
     }
 
@@ -289,7 +290,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
         let area = self.area;
         let (mut y, bottom) = (bounds[1].max(area[1]), bounds[3].min(area[3]));
         let plane = DepthPlane::new::<F::Depth>(setup, self.depth_bias, self.depth_limits);
-        let step = shading.step_x();
+        let (step, is_tiny) = (shading.step_x(), is_tiny(setup));
         let compact = Compact::new(setup, bounds);
         let (mut covered, mut hidden, mut discarded) = (0usize, 0usize, 0usize);
         while y < bottom {
@@ -304,6 +305,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
             // Depth is linear, rounding included: inside of its limits at both ends, it needs no clamp between them. A row
             // that leaves them is drawn a pixel at a time, each with a depth of its own.
             let needs_clamp = F::Depth::IS_STORED
+                && !is_tiny
                 && x < end
                 && !(plane.contains(z, dx(x)) & plane.contains(z, dx(end - 1)));
             while x < end {
@@ -318,13 +320,21 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
                 let mut dx = dx(x);
                 let mut at_x = x;
                 for (color, depth) in colors.iter_mut().zip(depths) {
+                    // A tiny triangle's fragments start from their own edge functions: see `tiny`.
+                    let own = shading.edges_moved(edges, dx);
                     // Without a depth buffer, depth is what the closure asks for, or nothing.
-                    let z = if F::Depth::IS_STORED { z + z_step * dx } else { plane.moved(z, dx) };
+                    let z = if is_tiny {
+                        plane.clamp(plane.at_edges(own[0], own[1]))
+                    } else if F::Depth::IS_STORED {
+                        z + z_step * dx
+                    } else {
+                        plane.moved(z, dx)
+                    };
                     let new = F::Depth::from_depth(z);
                     if F::Depth::IS_STORED && !self.test.passes(new, *depth) {
                         hidden += 1;
                     } else {
-                        let at = base.moved(step, dx);
+                        let at = if is_tiny { shading.sample(own) } else { base.moved(step, dx) };
                         let fragment = Fragment { triangle: shading, at, x: at_x, y, depth: z };
                         match (self.shade)(fragment, *color).into() {
                             Some(result) => {

@@ -20,7 +20,7 @@ use glam::Vec4;
 
 use crate::depth::DepthTest;
 use crate::fan::{Fan, Piece};
-use crate::fragment::{Fragment, Identity};
+use crate::fragment::{Fragment, Identity, reorder};
 use crate::geometry::Geometry;
 use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
@@ -52,11 +52,11 @@ pub struct Record<V> {
     words: [[u32; 4]; 3],
     primitive: u32,
     kind: Kind,
-    /// Which vertex is the first corner; or which planes the vertices lie outside of.
+    /// The corners' order, as a place in [`ORDERS`](crate::setup::ORDERS); or which planes the vertices lie outside of.
     detail: u8,
     provoking: u8,
     is_front_facing: bool,
-    /// At the caller's vertices.
+    /// At the corners; or at the caller's vertices.
     varyings: [V; 3],
 }
 
@@ -64,8 +64,7 @@ pub struct Record<V> {
 enum Kind {
     /// Nothing was ever written here.
     Blank,
-    Clockwise,
-    CounterClockwise,
+    Whole,
     /// To be clipped when it is drawn.
     Clipped,
 }
@@ -101,31 +100,26 @@ impl<V: Copy> Record<V> {
     #[inline(always)]
     pub(crate) fn bounds(&self) -> Option<[i32; 4]> {
         let [a, b, c] = each(self.words, ProjectedVertex::from_words);
-        matches!(self.kind, Kind::Clockwise | Kind::CounterClockwise).then(|| sample_bounds(a, b, c))
+        (self.kind == Kind::Whole).then(|| sample_bounds(a, b, c))
     }
 
     /// Its geometry. `None` of a triangle that is clipped when it is drawn, and of a blank record.
     #[inline(always)]
     #[must_use]
     pub fn setup(&self) -> Option<Setup> {
-        let is_counter_clockwise = match self.kind {
-            Kind::Clockwise => false,
-            Kind::CounterClockwise => true,
-            Kind::Blank | Kind::Clipped => return None,
-        };
         let corners = each(self.words, ProjectedVertex::from_words);
-        Some(Setup::of_corners(corners, self.detail, is_counter_clockwise))
+        (self.kind == Kind::Whole).then(|| Setup::of_corners(corners, self.detail))
     }
 
     #[inline(always)]
     fn of_piece(piece: &Piece, varyings: [V; 3]) -> Self {
-        let setup = Setup::with_area2(piece.corners, piece.area2);
+        let setup = piece.setup;
         let Identity { provoking, is_front_facing, primitive } = piece.identity;
         Self {
             words: each(setup.corners(), ProjectedVertex::to_words),
             primitive,
-            kind: if setup.is_counter_clockwise() { Kind::CounterClockwise } else { Kind::Clockwise },
-            detail: setup.order()[0],
+            kind: Kind::Whole,
+            detail: setup.place(),
             provoking,
             is_front_facing,
             varyings,
@@ -170,7 +164,7 @@ impl<V: Copy> Record<V> {
             None if self.kind == Kind::Clipped => {
                 let mut fan = self.fan(&projector);
                 while let Some(piece) = fan.next(&projector) {
-                    visit(&Setup::with_area2(piece.corners, piece.area2));
+                    visit(&piece.setup);
                 }
             }
             None => {}
@@ -246,7 +240,11 @@ impl<I: Index, P: Positions, A: Attributes> Preparation<'_, I, P, A> {
         loop {
             let mut fan = None;
             let piece = self.geometry.next(&mut fan)?;
-            let [Some(a), Some(b), Some(c)] = each(piece.vertices, |index| self.varyings.fetch(index)) else {
+            let vertices = match fan {
+                None => reorder(piece.vertices, piece.setup.order()),
+                Some(_) => piece.vertices,
+            };
+            let [Some(a), Some(b), Some(c)] = each(vertices, |index| self.varyings.fetch(index)) else {
                 continue;
             };
             // Of a clipped triangle, the first piece that may be seen stands for all: the rest of the fan is dropped.
@@ -289,10 +287,10 @@ impl<'r, V: Varyings + 'r, R: Iterator<Item = &'r Record<V>>> Source<V> for Reco
                     self.fan = None;
                     continue;
                 };
-                let [a, b, c] = piece.corners;
+                let [a, b, c] = piece.setup.corners();
                 if is_visible(sample_bounds(a, b, c)) {
-                    let setup = Setup::with_area2(piece.corners, piece.area2);
-                    return Some(Drawable::new(setup, *values, piece.identity, fan.history(piece.in_fan)));
+                    let history = fan.history(piece.in_fan);
+                    return Some(Drawable::of_fan(piece.setup, *values, piece.identity, history));
                 }
                 continue;
             }
@@ -300,7 +298,7 @@ impl<'r, V: Varyings + 'r, R: Iterator<Item = &'r Record<V>>> Source<V> for Reco
             match record.bounds() {
                 Some(bounds) if is_visible(bounds) => {
                     let (setup, varyings, identity) = (record.setup()?, record.varyings, record.identity());
-                    return Some(Drawable::new(setup, varyings, identity, None));
+                    return Some(Drawable { setup, varyings, identity, pedigree: None });
                 }
                 None if record.kind == Kind::Clipped => {
                     self.fan = Some((record.fan(&self.projector), record.varyings));

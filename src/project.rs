@@ -116,7 +116,7 @@ impl ProjectedVertex {
 }
 
 /// 1.5 · 2²³: added to a number of at most 2²², it leaves the number's nearest integer in the low bits of the sum.
-const ROUNDING: f32 = 12_582_912.0;
+pub(crate) const ROUNDING: f32 = 12_582_912.0;
 
 /// The nearest subpixel, to even in ties, of a coordinate in ±2¹⁴ pixels.
 #[inline(always)]

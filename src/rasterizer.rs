@@ -7,15 +7,18 @@ use glam::Vec4;
 
 use crate::clip::DepthClip;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
-use crate::fan::{Fan, History};
-use crate::fragment::{Fragment, Identity, Pedigree, Shading};
+use crate::depth_pass::DepthPass;
+use crate::fan::{Fan, History, Piece};
+use crate::fragment::{Fragment, Identity, Pedigree, Shading, reorder};
 use crate::geometry::{Facing, Geometry};
 use crate::interpolate::Varyings;
 use crate::one_by_one::{OneByOne, Vertices};
+use crate::packet::{PACKET, PLACES, Packet, WINDOWS};
+use crate::plane::DepthPlane;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
 use crate::setup::{Setup, sample_bounds};
-use crate::shade::{DepthPass, DepthPlane, LIST, PACKET, Packet, Shader, WINDOWS};
+use crate::shade::Shader;
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Framebuffer, Rect};
 use crate::traverse::{HAS_FLOAT_LANES, LANES};
@@ -382,7 +385,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let mut pass = DepthPass { target, target_area, render_area, test: self.depth_test };
         let mut passed = 0;
         while let Some(piece) = geometry.next(&mut fan) {
-            let setup = Setup::with_area2(piece.corners, piece.area2);
+            let setup = piece.setup;
             let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);
             passed += pass.draw(&setup, &plane);
         }
@@ -500,7 +503,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             y: &mut y,
             colors: &mut colors,
             depths: &mut depths,
-            places: &mut [(0, 0); LIST],
+            places: &mut [0; PLACES],
         };
         let mut shader = Shader { target, target_area, render_area, test: self.depth_test, shade };
         while let Some(Drawable { setup, varyings, identity, pedigree }) = source.next() {
@@ -516,24 +519,21 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 #[derive(Debug)]
 pub(crate) struct Drawable<V> {
     pub(crate) setup: Setup,
-    /// At the vertices given to setup.
+    /// At the corners.
     pub(crate) varyings: [V; 3],
     pub(crate) identity: Identity,
     pub(crate) pedigree: Option<Pedigree>,
 }
 
 impl<V: Varyings> Drawable<V> {
-    /// A triangle with these values at the caller's vertices.
+    /// A piece of a clipped triangle with these values at the caller's vertices.
     #[inline(always)]
-    pub(crate) fn new(
-        setup: Setup,
-        mut varyings: [V; 3],
-        identity: Identity,
-        history: Option<History>,
-    ) -> Self {
-        if let Some(history) = &history {
-            varyings = history.interpolate(&varyings, identity.provoking);
-        }
+    pub(crate) fn of_fan(setup: Setup, values: [V; 3], identity: Identity, history: Option<History>) -> Self {
+        let values = match &history {
+            Some(history) => history.interpolate(&values, identity.provoking),
+            None => values,
+        };
+        let varyings = reorder(values, setup.order());
         Self { setup, varyings, identity, pedigree: history.as_ref().map(History::pedigree) }
     }
 }
@@ -556,12 +556,14 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
     fn next(&mut self) -> Option<Drawable<A::Value>> {
         loop {
             let piece = self.geometry.next(&mut self.fan)?;
-            let [Some(a), Some(b), Some(c)] = each(piece.vertices, |index| self.varyings.fetch(index)) else {
-                continue;
-            };
-            let setup = Setup::with_area2(piece.corners, piece.area2);
-            let history = self.fan.as_ref().and_then(|fan| fan.history(piece.in_fan));
-            return Some(Drawable::new(setup, [a, b, c], piece.identity, history));
+            let Piece { setup, vertices, identity, in_fan } = piece;
+            let fetch = |vertices| each(vertices, |index| self.varyings.fetch(index));
+            if let Some(fan) = &self.fan {
+                let [Some(a), Some(b), Some(c)] = fetch(vertices) else { continue };
+                return Some(Drawable::of_fan(setup, [a, b, c], identity, fan.history(in_fan)));
+            }
+            let [Some(a), Some(b), Some(c)] = fetch(reorder(vertices, setup.order())) else { continue };
+            return Some(Drawable { setup, varyings: [a, b, c], identity, pedigree: None });
         }
     }
 }

@@ -51,6 +51,10 @@ pub enum Coverage {
     Full,
 }
 
+/// Orders of a triangle's vertices as corners: of one that turns clockwise, starting with vertex 0, 1 or 2, and of one that
+/// turns counter-clockwise.
+pub(crate) const ORDERS: [[u8; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [1, 0, 2], [2, 1, 0]];
+
 /// Twice the signed area, in squared subpixels: positive when the vertices turn clockwise as displayed, y down.
 #[inline(always)]
 pub(crate) fn signed_area2(a: ProjectedVertex, b: ProjectedVertex, c: ProjectedVertex) -> i64 {
@@ -105,19 +109,19 @@ impl Setup {
         Self { corners, order, is_counter_clockwise, area2: area2.abs() }
     }
 
-    /// The setup whose [`corners`](Self::corners) these are, and the first of them vertex `first`.
+    /// The setup whose [`corners`](Self::corners) these are, the caller's vertices in the order of this place in
+    /// [`ORDERS`].
     #[inline(always)]
-    pub(crate) fn of_corners(corners: [ProjectedVertex; 3], first: u8, is_counter_clockwise: bool) -> Self {
+    pub(crate) fn of_corners(corners: [ProjectedVertex; 3], place: u8) -> Self {
         let [a, b, c] = corners;
-        let order = match (first, is_counter_clockwise) {
-            (0, false) => [0, 1, 2],
-            (1, false) => [1, 2, 0],
-            (_, false) => [2, 0, 1],
-            (0, true) => [0, 2, 1],
-            (1, true) => [1, 0, 2],
-            (_, true) => [2, 1, 0],
-        };
-        Self { corners, order, is_counter_clockwise, area2: signed_area2(a, b, c) }
+        let order = ORDERS.get(usize::from(place)).copied().unwrap_or_default();
+        Self { corners, order, is_counter_clockwise: place >= 3, area2: signed_area2(a, b, c) }
+    }
+
+    /// The place in [`ORDERS`] of its order.
+    #[inline(always)]
+    pub(crate) fn place(&self) -> u8 {
+        self.order[0] + if self.is_counter_clockwise { 3 } else { 0 }
     }
 
     /// Its vertices in canonical order: clockwise as displayed, the topmost first.
@@ -229,8 +233,7 @@ mod tests {
                     flips,
                     "{points:?}"
                 );
-                let again =
-                    Setup::of_corners(setup.corners(), setup.order()[0], setup.is_counter_clockwise());
+                let again = Setup::of_corners(setup.corners(), setup.place());
                 assert_eq!((again.order(), again.area2()), (setup.order(), setup.area2()), "from corners");
                 let named = setup.order().map(|i| permuted[usize::from(i)]);
                 assert_eq!(named, setup.corners(), "order names the caller's vertices");

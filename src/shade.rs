@@ -12,251 +12,22 @@
 //! Elsewhere, `one_by_one.rs` tests and shades one fragment after the other: less memory, less code, and the same results.
 
 #![expect(clippy::cast_possible_truncation, reason = "offsets in a packet and lanes of a band are under 2⁹")]
-#![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
 
 use core::hint::black_box;
 use core::ops::Range;
 
-use crate::depth::{DepthBias, DepthFormat, DepthTest, clamp};
-use crate::fragment::{Fragment, Sample, Shading, to_f32};
+use glam::Vec4;
+
+use crate::depth::{DepthFormat, DepthTest};
+use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
+use crate::packet::{NARROW, PACKET, Packet, RAMP, copy, copy_window, place_of};
+use crate::plane::DepthPlane;
 use crate::setup::Setup;
 use crate::state::Statistics;
 use crate::target::{Framebuffer, Rect};
-use crate::traverse::{HAS_FLOAT_LANES, LANES, Rows, Solver, Tiny, anchors_at_end};
-use crate::triple::each;
-
-/// How many fragments are in flight: enough for SIMD to be worth its overhead, and little enough for the first-level
-/// cache. Where fragments are drawn one by one there is no packet.
-pub(crate) const PACKET: usize = if HAS_FLOAT_LANES { 256 } else { 1 };
-
-/// A triangle's depth: linear on the screen.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct DepthPlane {
-    /// At corner 2; and what corners 0 and 1 have more.
-    z: f32,
-    more: [f32; 2],
-    inv_area2: f32,
-    /// Change by a pixel to the right.
-    step_x: f32,
-    low: f32,
-    high: f32,
-}
-
-impl DepthPlane {
-    #[inline(always)]
-    pub(crate) fn new<D: DepthFormat>(setup: &Setup, bias: DepthBias, (low, high): (f32, f32)) -> Self {
-        let [p, q, r] = each(setup.corners(), |corner| corner.depth());
-        let more = [p - r, q - r];
-        let inv_area2 = 1.0 / to_f32(setup.area2());
-        let [edge_0, edge_1, _] = each(setup.edges(), |edge| edge.slope());
-        let step =
-            |i: usize| (edge_0[i] as f32 * 256.0 * more[0] + edge_1[i] as f32 * 256.0 * more[1]) * inv_area2;
-        let mut z = r;
-        if bias != DepthBias::default() {
-            let (dx, dy) = (step(0).abs(), step(1).abs());
-            let larger = |a: f32, b: f32| if a > b { a } else { b };
-            z += bias.of(larger(dx, dy), D::resolution(larger(larger(p, q), r)));
-        }
-        Self { z, more, inv_area2, step_x: step(0), low, high }
-    }
-
-    /// Where the first two edge functions are these.
-    #[inline(always)]
-    pub(crate) fn at_edges(&self, e0: f32, e1: f32) -> f32 {
-        self.z + (e0 * self.inv_area2) * self.more[0] + (e1 * self.inv_area2) * self.more[1]
-    }
-
-    /// Change by a pixel to the right.
-    #[inline(always)]
-    pub(crate) fn step_x(&self) -> f32 {
-        self.step_x
-    }
-
-    /// Whether it is inside the depth range `dx` columns right of where it is `z`.
-    ///
-    /// Bits of floats from 0 on, as integers, are in the order of the floats; those of −0, of negative ones and of NaN come
-    /// after.
-    #[inline(always)]
-    pub(crate) fn contains(&self, z: f32, dx: f32) -> bool {
-        let low = self.low.to_bits();
-        (z + self.step_x * dx).to_bits().wrapping_sub(low) <= self.high.to_bits().wrapping_sub(low)
-    }
-
-    /// `dx` columns right of where it is `z`, inside the depth range.
-    #[inline(always)]
-    pub(crate) fn moved(&self, z: f32, dx: f32) -> f32 {
-        clamp(z + self.step_x * dx, self.low, self.high)
-    }
-}
-
-/// What a draw without a closure works with: depth is tested and written where it lies, eight pixels at a time.
-#[derive(Debug)]
-pub(crate) struct DepthPass<'a, F, T> {
-    pub(crate) target: &'a mut F,
-    /// What the framebuffer has, and which of it may be drawn to.
-    pub(crate) target_area: Rect,
-    pub(crate) render_area: Rect,
-    pub(crate) test: T,
-}
-
-impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
-    /// Draws a triangle. Gives how many fragments passed.
-    #[inline(always)]
-    pub(crate) fn draw(&mut self, setup: &Setup, plane: &DepthPlane) -> u64 {
-        let (area, bounds, solver) = (self.render_area, setup.bounds(), Solver::new(setup));
-        let (left, right) = (area.x, area.right());
-        let (mut top, bottom) = (area.y.max(bounds.y), area.bottom().min(bounds.bottom()));
-        let (mut passed, mut passed_alone) = ([0; LANES], [0]);
-        while top < bottom {
-            let rows = solver.solve(top, bottom);
-            let mut z = [0.0; LANES];
-            for lane in 0..LANES {
-                z[lane] = plane.at_edges(rows.edges[0][lane], rows.edges[1][lane]);
-            }
-            for lane in 0..LANES.min((bottom - top) as usize) {
-                let (start, end) = (rows.start[lane].max(left), rows.end[lane].min(right));
-                let (mut x, y, mut has_windows) = (start, top + lane as i32, HAS_FLOAT_LANES);
-                while x < end {
-                    let z = (z[lane], (x - rows.anchor[lane]) as f32);
-                    // A window may reach over the row's end, but not over the framebuffer's border.
-                    if has_windows && x + LANES as i32 <= self.target_area.right() {
-                        let run = self.target.run(x, y, LANES);
-                        let Some(depths) = run.depth.first_chunk_mut() else {
-                            // A framebuffer that lends less is drawn as far as it goes.
-                            has_windows = false;
-                            continue;
-                        };
-                        test_window(self.test, depths, end - x, plane, z, &mut passed);
-                        x += LANES as i32;
-                    } else {
-                        let run = self.target.run(x, y, 1);
-                        let Some(depth) = run.depth.first_mut() else { break };
-                        test_window(self.test, core::array::from_mut(depth), 1, plane, z, &mut passed_alone);
-                        x += 1;
-                    }
-                }
-            }
-            top += LANES as i32;
-        }
-        passed.iter().chain(&passed_alone).map(|&lane| u64::from(lane)).sum()
-    }
-}
-
-/// Tests and writes the first `len` of some neighbouring depths, where the triangle's depth is `z` plus `dx` columns' change.
-/// Counts in `passed`, lane by lane.
-#[inline(always)]
-fn test_window<D: DepthFormat, const N: usize>(
-    test: impl DepthTest,
-    depths: &mut [D; N],
-    len: i32,
-    plane: &DepthPlane,
-    (z, dx): (f32, f32),
-    passed: &mut [u32; N],
-) {
-    // One step at a time for all lanes: each loop becomes one operation or two.
-    let (old, mut new, mut passes) = (*depths, *depths, [0; N]);
-    for i in 0..N {
-        new[i] = D::from_depth(plane.moved(z, dx + i as f32));
-    }
-    for i in 0..N {
-        let is_first = (i as i32) < len;
-        passes[i] = u32::from(is_first & (!D::IS_STORED || test.passes(new[i], old[i])));
-    }
-    for i in 0..N {
-        passed[i] += passes[i];
-    }
-    for i in 0..N {
-        new[i] = if (passes[i] != 0) & test.writes() { new[i] } else { old[i] };
-    }
-    *depths = new;
-}
-
-/// The arrays of a packet: what shading starts from. References to separate arrays, so that one that nobody reads
-/// disappears.
-#[derive(Debug)]
-pub(crate) struct Packet<'a, C, D> {
-    pub(crate) p: &'a mut [f32; PACKET],
-    pub(crate) q: &'a mut [f32; PACKET],
-    pub(crate) sum: &'a mut [f32; PACKET],
-    pub(crate) l: &'a mut [f32; PACKET],
-    pub(crate) m: &'a mut [f32; PACKET],
-    pub(crate) z: &'a mut [f32; PACKET],
-    pub(crate) x: &'a mut [i32; PACKET],
-    pub(crate) y: &'a mut [i32; PACKET],
-    /// A packet of several rows has its pixels here until all are shaded.
-    pub(crate) colors: &'a mut [C; WINDOWS],
-    pub(crate) depths: &'a mut [D; WINDOWS],
-    /// A packet of single fragments also remembers where each belongs.
-    pub(crate) places: &'a mut [(i32, i32); LIST],
-}
-
-/// Fragments in a packet of a tiny triangle, and room for one that fails.
-pub(crate) const LIST: usize = if HAS_FLOAT_LANES { (Tiny::SIZE * Tiny::SIZE) as usize + 1 } else { 1 };
-
-/// Pixels in a packet of several rows.
-pub(crate) const WINDOWS: usize = if HAS_FLOAT_LANES { PACKET } else { 1 };
-
-/// Rows up to this width share packets.
-const NARROW: usize = 64;
-
-impl<C, D> Packet<'_, C, D> {
-    /// Sets one fragment, its pixel and where that is.
-    #[inline(always)]
-    fn put(&mut self, i: usize, at: Sample, z: f32, place: (i32, i32), (color, depth): (C, D)) {
-        if i >= LIST.min(PACKET).min(WINDOWS) {
-            return;
-        }
-        (self.p[i], self.q[i], self.sum[i], self.l[i], self.m[i]) = (at.p, at.q, at.sum, at.l, at.m);
-        (self.z[i], self.x[i], self.y[i]) = (z, place.0, place.1);
-        (self.colors[i], self.depths[i], self.places[i]) = (color, depth, place);
-    }
-
-    /// [`set`](Self::set) for eight fragments, one array after the other: as one loop over all, the columns were put
-    /// together anew for each array.
-    #[inline(always)]
-    fn set_window(&mut self, at: usize, (base, step): (Sample, Sample), dx: i32, (x, y): (i32, i32)) {
-        let (first, mut dx) = (dx as f32, [0.0; LANES]);
-        for i in 0..LANES {
-            dx[i] = first + i as i32 as f32;
-        }
-        ramp(self.p, at, base.p, step.p, &dx);
-        ramp(self.q, at, base.q, step.q, &dx);
-        ramp(self.sum, at, base.sum, step.sum, &dx);
-        ramp(self.l, at, base.l, step.l, &dx);
-        ramp(self.m, at, base.m, step.m, &dx);
-        if let (Some(xs), Some(ys)) = (self.x.get_mut(at..at + LANES), self.y.get_mut(at..at + LANES)) {
-            for i in 0..LANES {
-                (xs[i], ys[i]) = (x.wrapping_add(i as i32), y);
-            }
-        }
-    }
-
-    /// Sets fragments `start .. start + len` to the neighbours of the sample `base`, the first of them `dx` columns from
-    /// it and in column `x`.
-    #[inline(always)]
-    fn set(&mut self, start: usize, len: usize, (base, step): (Sample, Sample), dx: i32, (x, y): (i32, i32)) {
-        let Some(end) = start.checked_add(len) else { return };
-        let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(xs), Some(ys)) = (
-            self.p.get_mut(start..end),
-            self.q.get_mut(start..end),
-            self.sum.get_mut(start..end),
-            self.l.get_mut(start..end),
-            self.m.get_mut(start..end),
-            self.x.get_mut(start..end),
-            self.y.get_mut(start..end),
-        ) else {
-            return;
-        };
-        let dx = dx as f32;
-        for i in 0..len {
-            // Two whole numbers under 2²⁴: as exact as the sum of integers, and less work.
-            let at = base.moved(step, dx + i as i32 as f32);
-            (p[i], q[i], sum[i], l[i], m[i]) = (at.p, at.q, at.sum, at.l, at.m);
-            (xs[i], ys[i]) = (x.wrapping_add(i as i32), y);
-        }
-    }
-}
+use crate::tiny::{COLUMNS, Tiny, WINDOW, is_tiny};
+use crate::traverse::{LANES, Rows, Solver};
 
 /// What a draw's shading works with.
 #[derive(Debug)]
@@ -280,20 +51,46 @@ struct Band<'a, V> {
     /// The topmost row, and how many there are.
     y: i32,
     count: usize,
+    /// Where the triangle ends.
+    bottom: i32,
+    /// Whether no row can be longer than a window.
+    is_narrow: bool,
 }
 
-impl<V: Varyings> Band<'_, V> {
-    /// Solves the next rows, from `top`, and cuts them to the area.
+impl<'a, V: Varyings> Band<'a, V> {
+    /// Above the first rows.
     #[inline(always)]
-    fn solve(&mut self, solver: &Solver, (top, bottom): (i32, i32), area: Rect) {
-        self.rows = solver.solve(top, bottom);
-        (self.y, self.count) = (top, LANES.min((bottom - top) as usize));
+    fn new(setup: &Setup, shading: &'a Shading<'a, V>, plane: &'a DepthPlane, area: Rect) -> Self {
+        let bounds = setup.bounds();
+        Self {
+            shading,
+            plane,
+            step: shading.step_x(),
+            rows: Rows::EMPTY,
+            z: [0.0; LANES],
+            y: bounds.y.max(area.y),
+            count: 0,
+            bottom: bounds.bottom().min(area.bottom()),
+            is_narrow: bounds.width <= LANES as u32,
+        }
+    }
+
+    /// Solves the next rows and cuts them to the area. False when there are no more.
+    #[inline(always)]
+    fn solve(&mut self, solver: &Solver, area: Rect) -> bool {
+        self.y += self.count as i32;
+        if self.y >= self.bottom {
+            return false;
+        }
+        self.rows = solver.solve(self.y, self.bottom);
+        self.count = LANES.min((self.bottom - self.y) as usize);
         let (left, right) = (area.x, area.right());
         for lane in 0..LANES {
             self.rows.start[lane] = self.rows.start[lane].max(left);
             self.rows.end[lane] = self.rows.end[lane].min(right);
             self.z[lane] = self.plane.at_edges(self.rows.edges[0][lane], self.rows.edges[1][lane]);
         }
+        true
     }
 
     /// How many samples of a row are covered.
@@ -325,74 +122,44 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let (area, bounds) = (self.render_area, setup.bounds());
-        let rows = (area.y.max(bounds.y), area.bottom().min(bounds.bottom()));
-        let band = Band {
-            shading,
-            plane,
-            step: shading.step_x(),
-            rows: Rows::EMPTY,
-            z: [0.0; LANES],
-            y: rows.0,
-            count: 0,
-        };
-        self.draw_packets(setup, rows, band, packet, statistics);
-    }
-
-    /// Draws a triangle packet by packet.
-    #[inline(always)]
-    fn draw_packets<V, R>(
-        &mut self,
-        setup: &Setup,
-        (mut top, bottom): (i32, i32),
-        mut band: Band<'_, V>,
-        packet: &mut Packet<'_, F::Color, F::Depth>,
-        statistics: &mut Statistics,
-    ) where
-        V: Varyings,
-        S: FnMut(Fragment<'_, V>, F::Color) -> R,
-        R: Into<Option<F::Color>>,
-    {
-        let bounds = setup.bounds();
-        let is_tiny = bounds.width <= Tiny::SIZE && bounds.height <= Tiny::SIZE;
-        let mut listed = 0;
-        if is_tiny {
-            listed = self.fill_list(setup, (top, bottom), &band, packet);
+        let tiny =
+            if is_tiny(setup) { Some(Tiny::new(setup, self.target_area, self.render_area)) } else { None };
+        let (mut listed, mut large) = (0, None);
+        if let Some(tiny) = &tiny {
+            listed = self.fill_tiny(tiny, shading, plane, packet);
             if listed == 0 {
                 return;
             }
+        } else {
+            large = Some((Solver::new(setup), Band::new(setup, shading, plane, self.render_area)));
         }
-        let solver = if is_tiny { None } else { Some(Solver::new(setup)) };
         let mut at = Progress::default();
         loop {
-            // What to shade: fragments `begin .. end` of the packet.
-            let (begin, end) = if listed > 0 {
-                (0, listed)
-            } else {
-                match self.next_fragments(&band, &mut at, packet) {
+            // What to shade: fragments `begin .. end` of the packet; and where it goes, into the framebuffer or into the
+            // packet's own pixels.
+            let (begin, end) = match &mut large {
+                None => (0, listed),
+                Some((solver, band)) => match self.next_fragments(band, &mut at, packet) {
                     Some(range) => range,
                     None => {
-                        let Some(solver) = &solver else { return };
-                        if top >= bottom {
+                        if !band.solve(solver, self.render_area) {
                             return;
                         }
-                        band.solve(solver, (top, bottom), self.render_area);
-                        top += LANES as i32;
                         at = Progress::default();
-                        if bounds.width > LANES as u32 {
-                            self.touch(&band);
+                        if !band.is_narrow {
+                            self.touch(band);
                         }
                         continue;
                     }
-                }
+                },
             };
             let len = end - begin;
-            // Where it goes: into the framebuffer, or into the packet's own pixels.
-            let (colors, depths) = if listed == 0 && at.gathered.is_empty() {
-                let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, len);
-                (run.color, run.depth)
-            } else {
-                (&mut packet.colors[..], &mut packet.depths[..])
+            let (colors, depths) = match &large {
+                Some((_, band)) if at.gathered.is_empty() => {
+                    let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, len);
+                    (run.color, run.depth)
+                }
+                _ => (&mut packet.colors[..], &mut packet.depths[..]),
             };
             let (Some(colors), Some(depths)) = (colors.get_mut(..len), depths.get_mut(..len)) else { return };
             let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
@@ -412,7 +179,7 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             let mut kept = 0u32;
             for i in 0..len {
                 let at = Sample { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
-                let fragment = Fragment { triangle: band.shading, at, x: xs[i], y: ys[i], depth: z[i] };
+                let fragment = Fragment { triangle: shading, at, x: xs[i], y: ys[i], depth: z[i] };
                 let shaded = (self.shade)(fragment, colors[i]).into();
                 let is_kept = shaded.is_some();
                 colors[i] = shaded.unwrap_or(colors[i]);
@@ -422,52 +189,51 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             statistics.fragments += len as u64;
             statistics.samples_passed += u64::from(kept);
 
-            if listed > 0 {
-                return self.write_list(listed, packet);
+            if let Some(tiny) = &tiny {
+                return self.write_tiny(tiny, listed, packet);
             }
-            self.write_rows(&band, &mut at, packet);
+            if let Some((_, band)) = &large {
+                self.write_rows(band, &mut at, packet);
+            }
         }
     }
 
     /// Fills a packet with the fragments of a tiny triangle that pass the depth test. Gives how many.
     #[inline(always)]
-    fn fill_list<V: Varyings>(
+    fn fill_tiny<V: Varyings>(
         &mut self,
-        setup: &Setup,
-        (top, bottom): (i32, i32),
-        band: &Band<'_, V>,
+        tiny: &Tiny,
+        shading: &Shading<'_, V>,
+        plane: &DepthPlane,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
-        let bounds = setup.bounds();
-        let tiny = Tiny::new(setup.corners(), bounds.x, bounds.y, bounds.width as i32);
-        let anchors_at_end = anchors_at_end(setup);
-        let (left, right) = (self.render_area.x, self.render_area.right());
+        let room = WINDOW.min((self.target_area.right() - tiny.x) as usize);
         let mut filled = 0;
-        for y in top..bottom {
-            let Some(span) = tiny.span(y, left, right, anchors_at_end) else { continue };
-            let [e0, e1, _] = span.edges();
-            let (base, z) = (band.shading.sample(span.edges()), band.plane.at_edges(e0, e1));
-            let run = self.target.run(span.start(), y, (span.end() - span.start()) as usize);
-            let pixels = run.color.iter().zip(run.depth.iter());
-            for (x, (&color, &depth)) in (span.start()..).zip(pixels) {
-                let dx = (x - span.anchor()) as f32;
-                let z = band.plane.moved(z, dx);
-                let at = base.moved(band.step, dx);
-                let passes = !F::Depth::IS_STORED || self.test.passes(F::Depth::from_depth(z), depth);
-                // Always put there; counted, or overwritten by the next.
-                packet.put(filled, at, z, (x, y), (color, depth));
-                filled += usize::from(passes & (x < span.end()));
+        for row in 0..tiny.rows {
+            let run = self.target.run(tiny.x, tiny.y + row, room);
+            if let (Some(colors), Some(depths)) = (run.color.first_chunk(), run.depth.first_chunk()) {
+                let lanes = tiny.lanes(row, plane, self.test, depths);
+                filled = packet.put_lanes(filled, row, &lanes, colors, depths);
+            } else if let (Some(&color), Some(&depth)) = (run.color.first(), run.depth.first()) {
+                // A framebuffer narrower than a window is tested in one of its own.
+                let (mut colors, mut depths) = ([color; WINDOW], [depth; WINDOW]);
+                let lent = copy(&mut colors, run.color).min(copy(&mut depths, run.depth));
+                let mut lanes = tiny.lanes(row, plane, self.test, &depths);
+                lanes.iter_mut().skip(lent).for_each(|lane| *lane = 0);
+                filled = packet.put_lanes(filled, row, &lanes, &colors, &depths);
             }
         }
+        packet.set_tiny(filled, tiny, shading, plane);
         filled
     }
 
-    /// Writes the pixels of a packet of single fragments.
+    /// Writes the pixels of a tiny triangle.
     #[inline(always)]
-    fn write_list(&mut self, len: usize, packet: &Packet<'_, F::Color, F::Depth>) {
-        let places = packet.places.iter().zip(packet.colors.iter()).zip(packet.depths.iter());
-        for ((&(x, y), &color), &depth) in places.take(len) {
-            let run = self.target.run(x, y, 1);
+    fn write_tiny(&mut self, tiny: &Tiny, len: usize, packet: &Packet<'_, F::Color, F::Depth>) {
+        let pixels = packet.places.iter().zip(packet.colors.iter()).zip(packet.depths.iter());
+        for ((&place, &color), &depth) in pixels.take(len) {
+            let (dx, dy) = place_of(place);
+            let run = self.target.run(tiny.x + dx, tiny.y + dy, 1);
             if let (Some(to_color), Some(to_depth)) = (run.color.first_mut(), run.depth.first_mut()) {
                 (*to_color, *to_depth) = (color, depth);
             }
@@ -534,23 +300,25 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             let len = PACKET.min((band.rows.end[lane] - at.x) as usize);
             let (x, y) = (at.x, band.y + lane as i32);
             let dx = x - band.rows.anchor[lane];
+            let row = (band.z[lane], dx as f32);
             let run = self.target.run(x, y, len);
             // A framebuffer that lends less than it was asked for gets no more than that.
             let lent = len.min(run.color.len()).min(run.depth.len());
             at.len = len;
             let len = lent;
-            let (z, old) = (packet.z.get_mut(..len)?, run.depth.get(..len)?);
-            let mut passing = 0u32;
-            for i in 0..len {
-                z[i] = band.plane.moved(band.z[lane], dx.wrapping_add(i as i32) as f32);
-                passing +=
-                    u32::from(!F::Depth::IS_STORED || self.test.passes(F::Depth::from_depth(z[i]), old[i]));
-            }
+            let old = run.depth.get(..len)?;
+            let passing = if band.plane.contains(row.0, row.1)
+                && band.plane.contains(row.0, row.1 + len as f32 - 1.0)
+            {
+                count_passing::<_, false>(self.test, band.plane, row, old)
+            } else {
+                count_passing::<_, true>(self.test, band.plane, row, old)
+            };
             if passing == 0 {
                 at.end = at.len;
                 continue;
             }
-            packet.set(0, len, (band.base(lane), band.step), dx, (x, y));
+            packet.set(len, (band.base(lane), band.step), (x, y), row, band.plane);
             if passing as usize == len {
                 at.end = at.len;
                 return Some((0, len));
@@ -607,22 +375,26 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         let (len, dx) = (band.rows.end[lane] - x, x - band.rows.anchor[lane]);
         let run = self.target.run(x, y, room);
         let (old_colors, old_depths) = (run.color.get(..room)?, run.depth.get(..room)?);
-        let mut passing = [0; LANES];
+        let mut passing = [0; 4];
         let mut start = 0;
         while start < room {
-            let z = packet.z.get_mut(filled + start..filled + start + LANES)?;
-            let old = old_depths.get(start..start + LANES)?;
-            let (left, dx) = (len - start as i32, (dx + start as i32) as f32);
-            for i in 0..LANES {
-                z[i] = band.plane.moved(band.z[lane], dx + i as i32 as f32);
-            }
-            for i in 0..LANES {
-                let passes = !F::Depth::IS_STORED || self.test.passes(F::Depth::from_depth(z[i]), old[i]);
-                passing[i] += i32::from(passes & ((i as i32) < left));
+            let z = packet.z.get_mut(filled + start..)?.first_chunk_mut::<LANES>()?;
+            let old = old_depths.get(start..)?.first_chunk::<LANES>()?;
+            let (left, dx) = (Vec4::splat((len - start as i32) as f32), (dx + start as i32) as f32);
+            for half in [0, 4] {
+                let columns = COLUMNS + half as f32;
+                let new = band.plane.moved_four(band.z[lane], columns + dx).to_array();
+                let inside = (left - columns).to_array();
+                z[half..half + 4].copy_from_slice(&new);
+                for i in 0..4 {
+                    let (new, old) = (F::Depth::from_depth(new[i]), old[half + i]);
+                    let passes = !F::Depth::IS_STORED || self.test.passes(new, old);
+                    passing[i] += u32::from(passes & (inside[i] > 0.0));
+                }
             }
             start += LANES;
         }
-        let passing = passing.iter().sum::<i32>();
+        let passing = passing.iter().sum::<u32>() as i32;
         if passing != len {
             return if passing == 0 { Some(0) } else { None };
         }
@@ -690,22 +462,21 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
     }
 }
 
-/// Copies eight pixels.
+/// How many of some neighbouring fragments pass the depth test. Their depths are clamped only if they have to be.
 #[inline(always)]
-fn copy_window<T: Copy>(to: &mut [T], at: usize, from: &[T], start: usize) {
-    if let (Some(to), Some(from)) = (to.get_mut(at..at + LANES), from.get(start..start + LANES)) {
-        to.copy_from_slice(from);
+fn count_passing<D: DepthFormat, const CLAMPS: bool>(
+    test: impl DepthTest,
+    plane: &DepthPlane,
+    (z, dx): (f32, f32),
+    old: &[D],
+) -> u32 {
+    let mut passing = 0;
+    for (&old, &column) in old.iter().zip(&RAMP) {
+        let z = z + plane.step_x() * (dx + column);
+        let z = if CLAMPS { plane.clamp(z) } else { z };
+        passing += u32::from(!D::IS_STORED || test.passes(D::from_depth(z), old));
     }
-}
-
-/// Sets eight numbers to `first + step · dx`.
-#[inline(always)]
-fn ramp(numbers: &mut [f32], at: usize, first: f32, step: f32, dx: &[f32; LANES]) {
-    if let Some(window) = numbers.get_mut(at..at + LANES) {
-        for i in 0..LANES {
-            window[i] = first + step * dx[i];
-        }
-    }
+    passing
 }
 
 /// Writes the first `len` of eight pixels.

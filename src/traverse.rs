@@ -38,6 +38,27 @@ pub(crate) const HAS_FLOAT_LANES: bool =
 /// The edge functions are known exactly at one of the samples that the triangle covers on this row, whether it lies in
 /// the area or not: the *anchor*. Everything else on the row is measured from there. So a number at (x, y) depends on
 /// the triangle and on (x, y) alone, and it never extrapolates from outside the triangle, however thin that is.
+///
+/// # Examples
+/// Barycentrics of every sample, and with them anything that is linear on the screen:
+/// ```
+/// use halfplane::{ProjectedVertex, Rect, Setup};
+/// # let vertex = |x, y| ProjectedVertex::new(x * 256, y * 256, 0.5, 1.0).unwrap();
+/// let triangle = Setup::new([vertex(0, 0), vertex(0, 64), vertex(64, 0)]).expect("it has an area");
+/// let inv_area2 = 1.0 / triangle.area2() as f32;
+/// triangle.for_each_span(Rect::of_size(64, 64), |span| {
+///     for x in span.start()..span.end() {
+///         let mut barycentrics = [0.0; 3]; // of the vertices in the order given to `Setup::new`
+///         for i in 0..3 {
+///             let edge = span.edges()[i] + triangle.edges()[i].step_x() as f32 * (x - span.anchor()) as f32;
+///             barycentrics[usize::from(triangle.order()[i])] = edge * inv_area2;
+///         }
+///         // The second vertex is at (0, 64): its barycentric is how far down the sample lies, from 0 to 1.
+///         assert_eq!(barycentrics[1], (span.y() as f32 + 0.5) / 64.0);
+///         assert!((barycentrics.iter().sum::<f32>() - 1.0).abs() < 1e-6);
+///     }
+/// });
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Span {
     y: i32,
@@ -76,7 +97,7 @@ impl Span {
         self.anchor
     }
 
-    /// The three edge functions at the anchor, each rounded once to `f32`.
+    /// The three edge functions at the anchor, in the order of [`Setup::edges`], each rounded once to `f32`.
     #[inline(always)]
     #[must_use]
     pub fn edges(&self) -> [f32; 3] {
@@ -95,6 +116,9 @@ pub(crate) struct Rows {
 
 impl Setup {
     /// Calls `visit` for each row of `area` on which the triangle covers samples, from the top.
+    ///
+    /// # Examples
+    /// See [`Setup`] for which pixels these are, and [`Span`] for barycentrics there.
     #[inline(always)]
     pub fn for_each_span(&self, area: Rect, mut visit: impl FnMut(Span)) {
         let area = area.intersection(DOMAIN);
@@ -163,7 +187,7 @@ fn is_small(setup: &Setup) -> bool {
 
 /// At which end of a row 1/w is smaller. From there it grows along the row, so that no rounding error can exceed it.
 #[inline(always)]
-pub(crate) fn anchors_at_end(setup: &Setup) -> bool {
+fn anchors_at_end(setup: &Setup) -> bool {
     let corners = setup.corners();
     let edges = setup.edges();
     let [p, q, r] = each(edges, |edge| edge.slope()[0] as f32);
@@ -405,89 +429,6 @@ impl Compact {
     }
 }
 
-/// Edges of a triangle whose bounds hold few samples, each of which is tested.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Tiny {
-    /// Bounds, relative to which the edges are.
-    x: i32,
-    y: i32,
-    width: i32,
-    /// Change of each edge function by a subpixel, and its biased value at the top left sample.
-    a: [i32; 3],
-    b: [i32; 3],
-    c: [i32; 3],
-    bias: [i32; 3],
-}
-
-impl Tiny {
-    /// Bounds of at most this many columns and rows are tiny.
-    pub(crate) const SIZE: u32 = 4;
-
-    /// The edges of a clockwise triangle with these bounds.
-    #[inline(always)]
-    pub(crate) fn new(corners: [ProjectedVertex; 3], x: i32, y: i32, width: i32) -> Self {
-        let [p, q, r] = each(corners, |v| [v.x() - (x << 8) - 128, v.y() - (y << 8) - 128]);
-        let edge = |p: [i32; 2], q: [i32; 2]| {
-            let (a, b) = (p[1] - q[1], q[0] - p[0]);
-            let bias = i32::from(!((a > 0) | ((a == 0) & (b > 0))));
-            (a, b, -(a * p[0] + b * p[1]) - bias, bias)
-        };
-        let (e0, e1, e2) = (edge(q, r), edge(r, p), edge(p, q));
-        Self {
-            x,
-            y,
-            width,
-            a: [e0.0, e1.0, e2.0],
-            b: [e0.1, e1.1, e2.1],
-            c: [e0.2, e1.2, e2.2],
-            bias: [e0.3, e1.3, e2.3],
-        }
-    }
-
-    /// The columns covered on row `y`, as start and end; empty when they are equal.
-    #[inline(always)]
-    fn row(&self, y: i32) -> (i32, i32) {
-        let row = y - self.y;
-        let at = |i: usize| self.c[i] + ((self.b[i] * row) << 8);
-        let (mut e0, mut e1, mut e2) = (at(0), at(1), at(2));
-        let (mut before, mut inside) = (0, 0);
-        for _ in 0..self.width {
-            // The sign bit of all three is clear inside.
-            let is_inside = 1 + ((e0 | e1 | e2) >> 31);
-            inside += is_inside;
-            before += i32::from(inside == 0);
-            e0 += self.a[0] << 8;
-            e1 += self.a[1] << 8;
-            e2 += self.a[2] << 8;
-        }
-        (self.x + before, self.x + before + inside)
-    }
-
-    /// Whether any sample of its bounds is covered.
-    #[inline(always)]
-    pub(crate) fn covers_any(&self, height: i32) -> bool {
-        let mut any = false;
-        for row in 0..height {
-            let (start, end) = self.row(self.y + row);
-            any |= start < end;
-        }
-        any
-    }
-
-    /// The covered span of a row of the area between `left` and `right`.
-    #[inline(always)]
-    pub(crate) fn span(&self, y: i32, left: i32, right: i32, anchors_at_end: bool) -> Option<Span> {
-        let (start, end) = self.row(y);
-        if start.max(left) >= end.min(right) {
-            return None;
-        }
-        let anchor = if anchors_at_end { end - 1 } else { start };
-        let (column, row) = (anchor - self.x, y - self.y);
-        let at = |i: usize| (self.c[i] + self.bias[i] + ((self.a[i] * column + self.b[i] * row) << 8)) as f32;
-        Some(Span { y, start: start.max(left), end: end.min(right), anchor, edges: [at(0), at(1), at(2)] })
-    }
-}
-
 /// Edges of a triangle of any size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Large {
@@ -671,30 +612,6 @@ mod tests {
                     }
                 }
             }
-        }
-    }
-
-    #[test]
-    fn tiny_and_large_rows_are_the_same() {
-        for setup in triangles(4, 1, 3000).into_iter().chain(triangles(4, 64, 3000)) {
-            let bounds = setup.bounds();
-            if bounds.is_empty() || bounds.width > Tiny::SIZE {
-                continue;
-            }
-            let large = Large::new(&setup);
-            let tiny = Tiny::new(setup.corners(), bounds.x, bounds.y, bounds.width as i32);
-            let mut any = false;
-            for y in bounds.y..bounds.bottom() {
-                let rows = large.solve(y, y + 1);
-                let span = tiny.span(y, -EXTENT, EXTENT, anchors_at_end(&setup));
-                any |= span.is_some();
-                let expected = (rows.start[0] < rows.end[0]).then(|| {
-                    (rows.start[0], rows.end[0], rows.anchor[0], rows.edges.map(|edge| edge[0].to_bits()))
-                });
-                let found = span.map(|s| (s.start, s.end, s.anchor, s.edges.map(f32::to_bits)));
-                assert_eq!(found, expected, "{setup:?} row {y}");
-            }
-            assert_eq!(tiny.covers_any(bounds.height as i32), any, "{setup:?}");
         }
     }
 

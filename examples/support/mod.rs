@@ -14,3 +14,4 @@ pub mod scene;
 pub mod shade;
 pub mod teapot;
 pub mod texture;
+pub mod torus;

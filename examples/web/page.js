@@ -18,7 +18,7 @@ let pointer = null; // in pixels of the frame
 let selected = -1; // a triangle, or all
 let changed = true;
 let before = performance.now();
-let milliseconds = 0;
+let milliseconds = null; // for a frame, on average
 
 function frame(now) {
   if (element("turning").checked && document.body.dataset.frames) {
@@ -35,12 +35,13 @@ function frame(now) {
 
 function show() {
   const level = Number(element("level").value);
-  element("level_shown").value = level;
+  element("level_shown").value = `${level} × ${level} quads a face`;
   const start = performance.now();
   const pixels = draw(view.yaw, view.pitch, view.distance, level, element("naive").checked);
   const taken = performance.now() - start;
-  milliseconds = milliseconds === 0 ? taken : milliseconds + (taken - milliseconds) * 0.1;
-  element("time").value = milliseconds.toFixed(2);
+  // The first frame is not counted: the module is still being compiled.
+  milliseconds = milliseconds === null ? 0 : milliseconds === 0 ? taken : milliseconds + (taken - milliseconds) * 0.1;
+  element("time").value = (milliseconds || taken).toFixed(2);
   picture.putImageData(new ImageData(new Uint8ClampedArray(memory.buffer, pixels, side * side * 4), side), 0, 0);
   showBlocks();
   inspect();
@@ -64,18 +65,20 @@ function look() {
   if (!pointer) return null;
   const at = pick(pointer.x, pointer.y);
   const [primitive] = new Int32Array(memory.buffer, at, 1);
-  return { primitive, numbers: [...new Float32Array(memory.buffer, at + 4, 8)] };
+  return { primitive, numbers: [...new Float32Array(memory.buffer, at + 4, 10)] };
 }
 
 function inspect() {
   const seen = look();
   const is_there = seen !== null && seen.primitive >= 0;
-  const [depth, , ...weights] = is_there ? seen.numbers : [];
+  const [depth, ...numbers] = is_there ? seen.numbers : [];
   element("place").textContent = pointer ? `${pointer.x}, ${pointer.y}` : "–";
-  element("primitive").textContent = is_there ? `triangle ${seen.primitive}` : "";
-  element("depth").textContent = is_there ? `depth ${depth.toFixed(5)}` : "";
-  ["linear_0", "linear_1", "linear_2", "weight_0", "weight_1", "weight_2"].forEach((id, i) => {
-    element(id).textContent = is_there ? weights[i].toFixed(5) : "–";
+  element("primitive").textContent = is_there ? `· triangle ${seen.primitive}` : "";
+  element("depth").textContent = is_there ? `· depth ${depth.toFixed(5)}` : "";
+  // 1/w is never 0: of a clipped triangle it is not known.
+  ["inv_w", "linear", "weight"].flatMap((kind) => [0, 1, 2].map((i) => `${kind}_${i}`)).forEach((id, i) => {
+    const is_known = is_there && (i >= 3 || numbers[i] !== 0);
+    element(id).textContent = is_known ? numbers[i].toFixed(5) : "–";
   });
 }
 
@@ -109,6 +112,7 @@ pane.addEventListener("pointerup", (event) => {
     changed = true;
   }
 });
+pane.addEventListener("pointercancel", () => { pressed = null; });
 pane.addEventListener("pointerleave", () => {
   pointer = null;
   inspect();
@@ -121,5 +125,6 @@ pane.addEventListener("wheel", (event) => {
 for (const id of ["turning", "naive", "wireframe", "level"]) {
   element(id).addEventListener("input", () => { changed = true; });
 }
+element("level").addEventListener("input", () => { selected = -1; }); // its number means another triangle now
 
 requestAnimationFrame(frame);

@@ -4,7 +4,7 @@
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
-import { mkdtempSync, readFile, rmSync, writeFileSync } from "node:fs";
+import { mkdirSync, mkdtempSync, readFile, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { tmpdir } from "node:os";
 import { extname, join } from "node:path";
@@ -22,22 +22,38 @@ const server = createServer((request, response) => {
 });
 await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
 
-const profile = mkdtempSync(join(tmpdir(), "halfplane-page-"));
+// All that the browser leaves, in one directory: its profile, and what it puts where temporary files go.
+const scratch = mkdtempSync(join(tmpdir(), "halfplane-page-"));
+const discard = () => rmSync(scratch, { recursive: true, force: true, maxRetries: 5, retryDelay: 200 });
 const browser = spawn(process.env.CHROMIUM ?? "chromium", [
   "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
-  "--disable-component-update", "--disable-sync", `--user-data-dir=${profile}`, "--remote-debugging-pipe",
+  "--disable-component-update", "--disable-sync", `--user-data-dir=${join(scratch, "profile")}`, "--remote-debugging-pipe",
   "--window-size=1000,640",
-], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
+], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"], env: { ...process.env, TMPDIR: scratch } });
+browser.once("error", (error) => {
+  discard();
+  throw error;
+});
+const gone = new Promise((resolve) => browser.once("exit", resolve));
+for (const signal of ["SIGINT", "SIGTERM"]) process.once(signal, () => browser.kill());
 
 const pending = new Map();
 const complaints = [];
 let [number, session, rest] = [0, undefined, ""];
+// When the browser goes, so do the questions that it has not answered, and with them the test.
+let has_gone = false;
+gone.then(() => {
+  has_gone = true;
+  for (const { reject } of pending.values()) reject(new Error("the browser has gone"));
+});
+browser.stdio.slice(3).forEach((pipe) => pipe.on("error", () => {}));
 browser.stdio[4].setEncoding("utf8").on("data", (chunk) => {
   const messages = (rest + chunk).split("\0");
   rest = messages.pop();
   for (const { id, error, result, method, params } of messages.map((message) => JSON.parse(message))) {
     if (id) {
       const { resolve, reject } = pending.get(id);
+      pending.delete(id);
       error ? reject(new Error(error.message)) : resolve(result);
     } else if (method === "Runtime.exceptionThrown") {
       complaints.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
@@ -50,6 +66,7 @@ browser.stdio[4].setEncoding("utf8").on("data", (chunk) => {
 });
 
 function send(method, params = {}) {
+  if (has_gone) return Promise.reject(new Error("the browser has gone"));
   number += 1;
   browser.stdio[3].write(`${JSON.stringify({ id: number, method, params, sessionId: session })}\0`);
   return new Promise((resolve, reject) => pending.set(number, { resolve, reject }));
@@ -78,6 +95,14 @@ const hash = () => evaluate(`(() => {
   return (hash >>> 0).toString(16).padStart(8, "0");
 })()`);
 
+const pictures = process.env.SCREENSHOTS; // a directory, for whoever wants to look
+if (pictures) mkdirSync(pictures, { recursive: true });
+async function picture(name) {
+  if (!pictures) return;
+  const { data } = await send("Page.captureScreenshot");
+  writeFileSync(join(pictures, `${name}.png`), Buffer.from(data, "base64"));
+}
+
 const text = (id) => evaluate(`document.getElementById("${id}").textContent`);
 const mouse = (type, x, y, more = {}) => send("Input.dispatchMouseEvent", { type, x, y, ...more });
 
@@ -104,12 +129,15 @@ try {
   // The pixel inspector.
   await mouse("mouseMoved", x, y);
   await until(`document.getElementById("weight_0").textContent !== "–"`, "nothing is seen under the pointer");
-  for (const kind of ["linear", "weight"]) {
-    const numbers = await Promise.all([0, 1, 2].map((i) => text(`${kind}_${i}`)));
-    const sum = numbers.map(Number).reduce((a, b) => a + b);
-    assert.ok(Math.abs(sum - 1) < 3e-5, `${kind}: ${numbers} sum to ${sum}`);
-  }
-  assert.notEqual(await text("linear_0"), await text("weight_0"), "perspective makes a difference");
+  const row = async (kind) => (await Promise.all([0, 1, 2].map((i) => text(`${kind}_${i}`)))).map(Number);
+  const [linear, inv_w, weights] = [await row("linear"), await row("inv_w"), await row("weight")];
+  const sum = (numbers) => numbers.reduce((a, b) => a + b);
+  const close = (a, b, what) => assert.ok(Math.abs(a - b) < 5e-5, `${what}: ${a}, not ${b}`);
+  close(sum(linear), 1, `barycentrics ${linear}`);
+  close(sum(weights), 1, `weights ${weights}`);
+  const parts = linear.map((number, i) => number * inv_w[i]);
+  weights.forEach((weight, i) => close(weight, parts[i] / sum(parts), `weight ${i}, by its formula`));
+  assert.ok(Math.abs(linear[0] - weights[0]) > 1e-3, "perspective makes a difference");
 
   // A click selects a triangle; its blocks are of all three kinds.
   await draws("the box", () => evaluate(`document.getElementById("wireframe").click()`));
@@ -127,10 +155,7 @@ try {
   })()`);
   assert.equal(colors, 3, "rejected, partial and accepted blocks");
   assert.equal(await hash(), first, "looking changes nothing");
-  if (process.env.SCREENSHOT) {
-    const { data } = await send("Page.captureScreenshot");
-    writeFileSync(process.env.SCREENSHOT, Buffer.from(data, "base64"));
-  }
+  await picture("blocks");
 
   // Everything else changes the picture.
   const seen = new Set([first]);
@@ -146,22 +171,38 @@ try {
     await mouse("mouseReleased", x + 40, y + 20, { button: "left", buttons: 0, clickCount: 1 });
   });
   await changes("the wheel", () => mouse("mouseWheel", x, y, { deltaX: 0, deltaY: -240 }));
+  await picture("closer");
   await changes("naive", () => evaluate(`document.getElementById("naive").click()`));
+  await picture("naive");
   await changes("the slider", () => evaluate(`(() => {
     const level = document.getElementById("level");
     level.value = 9;
     level.dispatchEvent(new Event("input"));
   })()`));
+  await picture("slider");
   await changes("turning", () => evaluate(`document.getElementById("turning").click()`));
+
+  // A telephone's width: nothing sticks out, and the pointer still finds its pixel.
+  await evaluate(`document.getElementById("turning").click()`);
+  const metrics = { width: 360, height: 760, deviceScaleFactor: 1, mobile: false };
+  await send("Emulation.setDeviceMetricsOverride", metrics);
+  await until("innerWidth === 360", "the window does not shrink");
+  assert.ok(await evaluate("document.documentElement.scrollWidth <= 360"), "the page is wider than its window");
+  const small = await evaluate(`(({ left, top, width, height }) => ({ left, top, width, height }))(
+    document.getElementById("view").getBoundingClientRect())`);
+  assert.equal(small.width, small.height, "the picture is still square");
+  await mouse("mouseMoved", small.left + small.width / 4, small.top + small.height / 2);
+  await until(`/^1(19|20|21), 2(39|40|41)$/.test(document.getElementById("place").textContent)`,
+    `a quarter and a half of ${small.width} pixels are not 120, 240`);
+  await picture("small");
 
   assert.deepEqual(complaints, [], "the console is silent");
   assert.equal(first, FIRST_FRAME, "the first frame is another one");
   const milliseconds = await evaluate(`document.getElementById("time").value`);
   console.log(`first frame ${first}; drag, wheel, click, slider and boxes work; ${milliseconds} ms a frame`);
 } finally {
-  const gone = new Promise((resolve) => browser.once("exit", resolve));
   browser.kill();
   await gone;
   server.close();
-  rmSync(profile, { recursive: true, force: true, maxRetries: 5, retryDelay: 200 });
+  discard();
 }

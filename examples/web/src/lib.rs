@@ -15,11 +15,13 @@ mod cube;
 use core::panic::PanicInfo;
 
 use cube::{Cube, Face};
+use halfplane::glam::camera::rh::proj::directx;
 use halfplane::glam::{Mat4, Vec3, Vec4};
 use halfplane::{
     Coverage, CullMode, Fragment, Primitives, ProjectedVertex, Rasterizer, Rect, Setup, Surface, Viewport,
     floor_to_i32, pack_rgba8,
 };
+use spin::Mutex;
 
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
@@ -31,14 +33,15 @@ const BLOCK: usize = 8;
 const BLOCKS: usize = SIZE / BLOCK;
 const BACKGROUND: u32 = 0xff24_1a10;
 
-/// What is seen at a pixel. In memory: nine 32-bit words.
+/// What is seen at a pixel. In memory: eleven 32-bit words.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Pick {
     /// The number of the triangle, or −1 for the background.
     primitive: i32,
     depth: f32,
-    inv_w: f32,
+    /// 1/w_a, 1/w_b, 1/w_c, or zeros of a triangle that was clipped: its corners may lie behind the eye.
+    inv_w: [f32; 3],
     /// α', β', γ': linear on the screen.
     barycentrics: [f32; 3],
     /// α, β, γ: perspective-correct.
@@ -46,7 +49,7 @@ pub struct Pick {
 }
 
 const NOTHING: Pick =
-    Pick { primitive: -1, depth: 1.0, inv_w: 0.0, barycentrics: [0.0; 3], weights: [0.0; 3] };
+    Pick { primitive: -1, depth: 1.0, inv_w: [0.0; 3], barycentrics: [0.0; 3], weights: [0.0; 3] };
 
 /// Everything that is kept from one call to the next. It begins as zeros, which take no room in the file.
 struct App {
@@ -59,7 +62,8 @@ struct App {
     naive: bool,
 }
 
-static mut APP: App = App {
+/// A page has one thread: the lock is never waited for.
+static APP: Mutex<App> = Mutex::new(App {
     cube: Cube::new(),
     positions: [Vec4::ZERO; cube::VERTICES],
     projected: [ProjectedVertex::BLANK; cube::VERTICES],
@@ -67,14 +71,9 @@ static mut APP: App = App {
     depth: [0.0; SIZE * SIZE],
     blocks: [0; BLOCKS * BLOCKS],
     naive: false,
-};
+});
 
-static mut PICK: Pick = NOTHING;
-
-fn app() -> &'static mut App {
-    // SAFETY: a page has one thread, and each export asks once.
-    unsafe { &mut *(&raw mut APP) }
-}
+static PICK: Mutex<Pick> = Mutex::new(NOTHING);
 
 fn rasterizer() -> Option<Rasterizer<Face>> {
     let mut rasterizer = Rasterizer::new(Viewport::of_size(SIZE as u32, SIZE as u32).ok()?);
@@ -104,10 +103,15 @@ impl App {
         Some(())
     }
 
+    /// A triangle's corners as they were projected.
+    fn corners(&self, triangle: usize) -> Option<[ProjectedVertex; 3]> {
+        let [a, b, c] = self.cube.triangle(triangle)?.map(|i| self.projected.get(usize::from(i)).copied());
+        Some([a?, b?, c?])
+    }
+
     /// Notes for each block what the edges of a triangle say of it. A block that one triangle covers stays covered.
-    fn mark_blocks(&mut self, triangle: [u16; 3]) -> Option<()> {
-        let [a, b, c] = triangle.map(|i| self.projected.get(usize::from(i)).copied());
-        let setup = Setup::new([a?, b?, c?])?;
+    fn mark_blocks(&mut self, triangle: usize) -> Option<()> {
+        let setup = Setup::new(self.corners(triangle)?)?;
         if !setup.is_counter_clockwise() {
             return None; // culled
         }
@@ -140,15 +144,15 @@ pub extern "C" fn size() -> usize {
 /// Draws a frame. `level` quads along each edge of the cube.
 #[unsafe(no_mangle)]
 pub extern "C" fn draw(yaw: f32, pitch: f32, distance: f32, level: u32, naive: bool) -> *const u32 {
-    let app = app();
+    let app = &mut *APP.lock();
     app.naive = naive;
     app.cube.tessellate(level);
-    let eye = halfplane::glam::camera::rh::proj::directx::perspective(1.1, 1.0, 0.1, 20.0);
+    let projection = directx::perspective(1.1, 1.0, 0.1, 20.0);
     let model = Mat4::from_translation(Vec3::new(0.0, 0.0, -distance))
         * Mat4::from_rotation_x(pitch)
         * Mat4::from_rotation_y(yaw);
     for (position, point) in app.positions.iter_mut().zip(app.cube.points()) {
-        *position = eye * (model * point.extend(1.0));
+        *position = projection * (model * point.extend(1.0));
     }
     app.color.fill(BACKGROUND);
     app.depth.fill(1.0);
@@ -159,7 +163,7 @@ pub extern "C" fn draw(yaw: f32, pitch: f32, distance: f32, level: u32, naive: b
 /// Asks what the last frame shows at a pixel, by drawing that pixel again.
 #[unsafe(no_mangle)]
 pub extern "C" fn pick(x: i32, y: i32) -> *const Pick {
-    let app = app();
+    let app = &mut *APP.lock();
     let pixel = Rect { x, y, width: 1, height: 1 };
     if pixel.intersection(Rect::of_size(SIZE as u32, SIZE as u32)) == pixel {
         app.depth[y as usize * SIZE + x as usize] = 1.0;
@@ -169,27 +173,30 @@ pub extern "C" fn pick(x: i32, y: i32) -> *const Pick {
         pick = Pick {
             primitive: fragment.primitive_index() as i32,
             depth: fragment.depth(),
-            inv_w: fragment.inv_w(),
+            inv_w: [0.0; 3],
             barycentrics: fragment.barycentrics(),
             weights: fragment.weights(),
         };
     });
-    // SAFETY: the page reads it before it calls again.
-    unsafe { PICK = pick };
-    &raw const PICK
+    if let Some(corners) = usize::try_from(pick.primitive).ok().and_then(|i| app.corners(i))
+        && corners.iter().all(|corner| corner.position_subpixel().is_some())
+    {
+        pick.inv_w = corners.map(ProjectedVertex::inv_w);
+    }
+    let mut answer = PICK.lock();
+    *answer = pick;
+    &raw const *answer
 }
 
 /// Which 8 × 8 blocks the triangle `primitive`, or every visible one, rejects (1), tests sample by sample (2) or accepts
 /// as a whole (3). Blocks outside of all bounding boxes are 0. Triangles that must be clipped are left out.
 #[unsafe(no_mangle)]
 pub extern "C" fn blocks(primitive: i32) -> *const u8 {
-    let app = app();
+    let app = &mut *APP.lock();
     app.blocks.fill(0);
     for i in 0..app.cube.triangles() {
         if primitive < 0 || usize::try_from(primitive) == Ok(i) {
-            if let Some(triangle) = app.cube.triangle(i) {
-                app.mark_blocks(triangle);
-            }
+            app.mark_blocks(i);
         }
     }
     app.blocks.as_ptr()

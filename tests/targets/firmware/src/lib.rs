@@ -1,8 +1,10 @@
 //! The draws whose cost is measured: perspective-correct, depth-tested (`u16`, `Less`), RGB565, one smooth `Vec3`.
 #![no_std]
 
+pub mod extras;
+
 use halfplane::glam::{Vec3, Vec4};
-use halfplane::{Fragment, Primitives, Projected, Rasterizer, Statistics, Surface, Viewport, pack_rgb565};
+use halfplane::{Primitives, Projected, Rasterizer, Statistics, Surface, Viewport, pack_rgb565};
 
 /// Pixels along a side of the frame.
 pub const SIZE: u16 = 128;
@@ -40,15 +42,13 @@ pub fn rasterizer() -> Option<Rasterizer<Vec3>> {
     Some(Rasterizer::new(Viewport::of_size(u32::from(SIZE), u32::from(SIZE)).ok()?))
 }
 
-fn shade(fragment: Fragment<'_, Vec3>) -> u16 {
-    pack_rgb565(fragment.varyings())
-}
-
 /// Draws triangles in clip space, with everything that may happen to them: the near plane, the guard band.
 #[inline(never)]
 pub fn draw(frame: &mut Frame, positions: &[Vec4], colors: &[Vec3], indices: &[u16]) -> Option<Statistics> {
     let list = Primitives::list().indexed(indices);
-    rasterizer()?.draw(&mut frame.surface()?, list, positions, colors, shade).ok()
+    rasterizer()?
+        .draw(&mut frame.surface()?, list, positions, colors, |fragment| pack_rgb565(fragment.varyings()))
+        .ok()
 }
 
 /// The same with vertices that were projected before.
@@ -60,5 +60,7 @@ pub fn draw_projected(
     indices: &[u16],
 ) -> Option<Statistics> {
     let list = Primitives::list().indexed(indices);
-    rasterizer()?.draw(&mut frame.surface()?, list, vertices, colors, shade).ok()
+    rasterizer()?
+        .draw(&mut frame.surface()?, list, vertices, colors, |fragment| pack_rgb565(fragment.varyings()))
+        .ok()
 }

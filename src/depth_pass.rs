@@ -1,0 +1,148 @@
+//! The fragment half of a draw that writes depth alone: no packets and no closure, and so no need to know which fragments
+//! passed. Each window of eight pixels is tested and written where it lies.
+
+#![expect(clippy::cast_possible_truncation, reason = "lanes are under 2⁴")]
+#![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
+
+use crate::depth::{DepthFormat, DepthTest};
+use crate::packet::copy;
+use crate::plane::DepthPlane;
+use crate::setup::Setup;
+use crate::target::{Framebuffer, Rect};
+use crate::tiny::{Tiny, WINDOW, is_tiny};
+use crate::traverse::{HAS_FLOAT_LANES, LANES, Solver};
+
+/// What a draw without a closure works with: depth is tested and written where it lies, eight pixels at a time.
+#[derive(Debug)]
+pub(crate) struct DepthPass<'a, F, T> {
+    pub(crate) target: &'a mut F,
+    /// What the framebuffer has, and which of it may be drawn to.
+    pub(crate) target_area: Rect,
+    pub(crate) render_area: Rect,
+    pub(crate) test: T,
+}
+
+impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
+    /// Draws a triangle. Gives how many fragments passed.
+    #[inline(always)]
+    pub(crate) fn draw(&mut self, setup: &Setup, plane: &DepthPlane) -> u64 {
+        if HAS_FLOAT_LANES && is_tiny(setup) {
+            return self.draw_tiny(&Tiny::new(setup, self.target_area, self.render_area), plane);
+        }
+        let (area, bounds, solver) = (self.render_area, setup.bounds(), Solver::new(setup));
+        let (left, right) = (area.x, area.right());
+        let (mut top, bottom) = (area.y.max(bounds.y), area.bottom().min(bounds.bottom()));
+        let (mut passed, mut passed_alone) = ([0; LANES], [0]);
+        while top < bottom {
+            let rows = solver.solve(top, bottom);
+            let mut z = [0.0; LANES];
+            for lane in 0..LANES {
+                z[lane] = plane.at_edges(rows.edges[0][lane], rows.edges[1][lane]);
+            }
+            for lane in 0..LANES.min((bottom - top) as usize) {
+                let (start, end) = (rows.start[lane].max(left), rows.end[lane].min(right));
+                let (mut x, y, mut has_windows) = (start, top + lane as i32, HAS_FLOAT_LANES);
+                while x < end {
+                    let z = (z[lane], (x - rows.anchor[lane]) as f32);
+                    // A window may reach over the row's end, but not over the framebuffer's border.
+                    if has_windows && x + LANES as i32 <= self.target_area.right() {
+                        let run = self.target.run(x, y, LANES);
+                        let Some(depths) = run.depth.first_chunk_mut() else {
+                            // A framebuffer that lends less is drawn as far as it goes.
+                            has_windows = false;
+                            continue;
+                        };
+                        test_window(self.test, depths, end - x, plane, z, &mut passed);
+                        x += LANES as i32;
+                    } else {
+                        let run = self.target.run(x, y, 1);
+                        let Some(depth) = run.depth.first_mut() else { break };
+                        test_window(self.test, core::array::from_mut(depth), 1, plane, z, &mut passed_alone);
+                        x += 1;
+                    }
+                }
+            }
+            top += LANES as i32;
+        }
+        passed.iter().chain(&passed_alone).map(|&lane| u64::from(lane)).sum()
+    }
+}
+
+impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
+    /// Draws a tiny triangle. Gives how many fragments passed.
+    #[inline(always)]
+    fn draw_tiny(&mut self, tiny: &Tiny, plane: &DepthPlane) -> u64 {
+        let mut passed = [0; 4];
+        let room = WINDOW.min((self.target_area.right() - tiny.x) as usize);
+        for row in 0..tiny.rows {
+            let depths = self.target.run(tiny.x, tiny.y + row, room).depth;
+            if let Some(window) = depths.first_chunk_mut() {
+                test_tiny(self.test, window, (tiny, row), plane, WINDOW, &mut passed);
+            } else {
+                // A framebuffer narrower than a window is drawn to through one of its own.
+                let mut window = [F::Depth::from_depth(0.0); WINDOW];
+                let lent = copy(&mut window, depths);
+                test_tiny(self.test, &mut window, (tiny, row), plane, lent, &mut passed);
+                copy(depths, &window);
+            }
+        }
+        passed.iter().map(|&lane| u64::from(lane)).sum()
+    }
+}
+
+/// Tests and writes the depths of a tiny triangle's row, `lent` of which are there.
+#[inline(always)]
+fn test_tiny<D: DepthFormat>(
+    test: impl DepthTest,
+    depths: &mut [D; WINDOW],
+    (tiny, row): (&Tiny, i32),
+    plane: &DepthPlane,
+    lent: usize,
+    passed: &mut [u32; 4],
+) {
+    for half in 0..2 {
+        let (inside, z) = tiny.half(row, half, plane);
+        let mut passes = [0; 4];
+        for i in 0..4 {
+            let old = depths[4 * half + i];
+            let passes_test = !D::IS_STORED || test.passes(D::from_depth(z[i]), old);
+            passes[i] = u32::from((inside[i] >= 0.0) & passes_test & (4 * half + i < lent));
+        }
+        for i in 0..4 {
+            passed[i] += passes[i];
+        }
+        for i in 0..4 {
+            let is_written = (passes[i] != 0) & test.writes();
+            depths[4 * half + i] = if is_written { D::from_depth(z[i]) } else { depths[4 * half + i] };
+        }
+    }
+}
+
+/// Tests and writes the first `len` of some neighbouring depths, where the triangle's depth is `z` plus `dx` columns' change.
+/// Counts in `passed`, lane by lane.
+#[inline(always)]
+fn test_window<D: DepthFormat, const N: usize>(
+    test: impl DepthTest,
+    depths: &mut [D; N],
+    len: i32,
+    plane: &DepthPlane,
+    (z, dx): (f32, f32),
+    passed: &mut [u32; N],
+) {
+    // One step at a time for all lanes: each loop becomes one operation or two.
+    let (old, mut new, mut passes) = (*depths, *depths, [0; N]);
+    for i in 0..N {
+        new[i] = D::from_depth(plane.moved(z, dx + i as f32));
+    }
+    for i in 0..N {
+        let is_first = (i as i32) < len;
+        passes[i] = u32::from(is_first & (!D::IS_STORED || test.passes(new[i], old[i])));
+    }
+    for i in 0..N {
+        passed[i] += passes[i];
+    }
+    for i in 0..N {
+        new[i] = if (passes[i] != 0) & test.writes() { new[i] } else { old[i] };
+    }
+    *depths = new;
+}

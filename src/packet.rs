@@ -1,0 +1,217 @@
+//! Packets: fragments of one triangle on their way to the closure, as arrays of the numbers that shading starts from.
+
+#![expect(clippy::cast_possible_truncation, reason = "offsets in a packet are under 2⁹")]
+#![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
+
+use glam::Vec4;
+
+use crate::fragment::{Sample, Shading};
+use crate::interpolate::Varyings;
+use crate::plane::DepthPlane;
+use crate::tiny::{Lanes, ROWS, Tiny, WINDOW};
+use crate::traverse::{HAS_FLOAT_LANES, LANES};
+
+/// How many fragments are in flight: enough for SIMD to be worth its overhead, and little enough for the first-level
+/// cache. Where fragments are drawn one by one there is no packet.
+pub(crate) const PACKET: usize = if HAS_FLOAT_LANES { 256 } else { 1 };
+
+/// The arrays of a packet: what shading starts from. References to separate arrays, so that one that nobody reads
+/// disappears.
+#[derive(Debug)]
+pub(crate) struct Packet<'a, C, D> {
+    pub(crate) p: &'a mut [f32; PACKET],
+    pub(crate) q: &'a mut [f32; PACKET],
+    pub(crate) sum: &'a mut [f32; PACKET],
+    pub(crate) l: &'a mut [f32; PACKET],
+    pub(crate) m: &'a mut [f32; PACKET],
+    pub(crate) z: &'a mut [f32; PACKET],
+    pub(crate) x: &'a mut [i32; PACKET],
+    pub(crate) y: &'a mut [i32; PACKET],
+    /// A packet of several rows has its pixels here until all are shaded.
+    pub(crate) colors: &'a mut [C; WINDOWS],
+    pub(crate) depths: &'a mut [D; WINDOWS],
+    /// A packet of a tiny triangle remembers where in its windows each fragment belongs: eight lanes a row.
+    pub(crate) places: &'a mut [i32; PLACES],
+}
+
+/// Column and row of a place in a tiny triangle's windows.
+#[inline(always)]
+pub(crate) fn place_of(place: i32) -> (i32, i32) {
+    (place & (WINDOW as i32 - 1), place >> 3)
+}
+
+/// The most fragments of a tiny triangle.
+pub(crate) const PLACES: usize = WINDOW * ROWS;
+
+/// Pixels in a packet of several rows.
+pub(crate) const WINDOWS: usize = if HAS_FLOAT_LANES { PACKET } else { 1 };
+
+/// Rows up to this width share packets.
+pub(crate) const NARROW: usize = 64;
+
+impl<C, D> Packet<'_, C, D> {
+    /// Adds the chosen ones of eight neighbours to the `filled` fragments of a tiny triangle. Gives how many there are then.
+    ///
+    /// All eight are written, each over the one before if that is not kept: whether it is, no branch predictor can tell.
+    #[inline(always)]
+    pub(crate) fn put_lanes(
+        &mut self,
+        mut filled: usize,
+        row: i32,
+        lanes: &Lanes,
+        colors: &[C; WINDOW],
+        depths: &[D; WINDOW],
+    ) -> usize
+    where
+        C: Copy,
+        D: Copy,
+    {
+        for lane in 0..WINDOW {
+            // A triangle covers less than its bounds: there is always one place more.
+            let at = filled & (PLACES - 1) & (WINDOWS - 1);
+            (self.colors[at], self.depths[at]) = (colors[lane], depths[lane]);
+            self.places[at] = (row << 3) | lane as i32;
+            filled += lanes[lane] as usize;
+        }
+        filled
+    }
+
+    /// What the first `len` fragments of a tiny triangle are shaded from. Four at a time are worked out, so what follows is
+    /// overwritten.
+    #[inline(always)]
+    pub(crate) fn set_tiny<V: Varyings>(
+        &mut self,
+        len: usize,
+        tiny: &Tiny,
+        shading: &Shading<'_, V>,
+        plane: &DepthPlane,
+    ) {
+        let mut at = 0;
+        while at < len.min(PLACES) {
+            let (Some(places), Some(x), Some(y)) =
+                (self.places.get(at..at + 4), self.x.get_mut(at..at + 4), self.y.get_mut(at..at + 4))
+            else {
+                return;
+            };
+            let (mut dx, mut dy) = ([0.0; 4], [0.0; 4]);
+            for i in 0..4 {
+                let place = place_of(places[i]);
+                (dx[i], dy[i]) = (place.0 as f32, place.1 as f32);
+                (x[i], y[i]) = (tiny.x.wrapping_add(place.0), tiny.y.wrapping_add(place.1));
+            }
+            let offset = (Vec4::from_array(dx), Vec4::from_array(dy));
+            let ([p, q, sum, l, m], z) = tiny.samples(offset, shading, plane);
+            put_four(self.p, at, p);
+            put_four(self.q, at, q);
+            put_four(self.sum, at, sum);
+            put_four(self.l, at, l);
+            put_four(self.m, at, m);
+            put_four(self.z, at, z);
+            at += 4;
+        }
+    }
+
+    /// [`set`](Self::set) for eight fragments, one array after the other: as one loop over all, the columns were put
+    /// together anew for each array.
+    #[inline(always)]
+    pub(crate) fn set_window(
+        &mut self,
+        at: usize,
+        (base, step): (Sample, Sample),
+        dx: i32,
+        (x, y): (i32, i32),
+    ) {
+        let (first, mut dx) = (dx as f32, [0.0; LANES]);
+        for i in 0..LANES {
+            dx[i] = first + i as i32 as f32;
+        }
+        ramp(self.p, at, base.p, step.p, &dx);
+        ramp(self.q, at, base.q, step.q, &dx);
+        ramp(self.sum, at, base.sum, step.sum, &dx);
+        ramp(self.l, at, base.l, step.l, &dx);
+        ramp(self.m, at, base.m, step.m, &dx);
+        if let (Some(xs), Some(ys)) = (self.x.get_mut(at..at + LANES), self.y.get_mut(at..at + LANES)) {
+            for i in 0..LANES {
+                (xs[i], ys[i]) = (x.wrapping_add(i as i32), y);
+            }
+        }
+    }
+
+    /// Sets `len` fragments from a pixel on to the neighbours of a row's anchor, where what they are made of is `base` and
+    /// depth is `z_base`. The first is `dx` columns from there.
+    #[inline(always)]
+    pub(crate) fn set(
+        &mut self,
+        len: usize,
+        (base, step): (Sample, Sample),
+        (x, y): (i32, i32),
+        (z_base, dx): (f32, f32),
+        plane: &DepthPlane,
+    ) {
+        let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
+            self.p.get_mut(..len),
+            self.q.get_mut(..len),
+            self.sum.get_mut(..len),
+            self.l.get_mut(..len),
+            self.m.get_mut(..len),
+            self.z.get_mut(..len),
+            self.x.get_mut(..len),
+            self.y.get_mut(..len),
+        ) else {
+            return;
+        };
+        for i in 0..len.min(PACKET) {
+            let dx = dx + RAMP[i];
+            let at = base.moved(step, dx);
+            (p[i], q[i], sum[i], l[i], m[i]) = (at.p, at.q, at.sum, at.l, at.m);
+            z[i] = plane.moved(z_base, dx);
+            (xs[i], ys[i]) = (x.wrapping_add(i as i32), y);
+        }
+    }
+}
+
+/// 0, 1, 2, … : added to a whole number under 2²⁴, as exact as a sum of integers, and less work than to convert that.
+pub(crate) const RAMP: [f32; PACKET] = {
+    let mut ramp = [0.0; PACKET];
+    let mut i = 0;
+    while i < PACKET {
+        ramp[i] = i as f32;
+        i += 1;
+    }
+    ramp
+};
+
+/// Copies as many items as there are on both sides, and says how many.
+#[inline(always)]
+pub(crate) fn copy<T: Copy>(to: &mut [T], from: &[T]) -> usize {
+    let len = to.len().min(from.len());
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
+    }
+    len
+}
+
+/// Copies eight pixels.
+#[inline(always)]
+pub(crate) fn copy_window<T: Copy>(to: &mut [T], at: usize, from: &[T], start: usize) {
+    if let (Some(to), Some(from)) = (to.get_mut(at..at + LANES), from.get(start..start + LANES)) {
+        to.copy_from_slice(from);
+    }
+}
+
+#[inline(always)]
+fn put_four(numbers: &mut [f32], at: usize, four: Vec4) {
+    if let Some(to) = numbers.get_mut(at..at + 4) {
+        to.copy_from_slice(&four.to_array());
+    }
+}
+
+/// Sets eight numbers to `first + step · dx`.
+#[inline(always)]
+fn ramp(numbers: &mut [f32], at: usize, first: f32, step: f32, dx: &[f32; LANES]) {
+    if let Some(window) = numbers.get_mut(at..at + LANES) {
+        for i in 0..LANES {
+            window[i] = first + step * dx[i];
+        }
+    }
+}

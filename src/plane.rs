@@ -1,0 +1,87 @@
+//! Depth over the screen: a plane through a triangle's three corners.
+
+use glam::Vec4;
+
+use crate::depth::{DepthBias, DepthFormat, clamp};
+use crate::fragment::to_f32;
+use crate::setup::Setup;
+use crate::triple::each;
+
+/// A triangle's depth: linear on the screen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DepthPlane {
+    /// At corner 2; and what corners 0 and 1 have more, each divided by twice the area.
+    z: f32,
+    more: [f32; 2],
+    /// Change by a pixel to the right.
+    step_x: f32,
+    low: f32,
+    high: f32,
+}
+
+impl DepthPlane {
+    #[inline(always)]
+    pub(crate) fn new<D: DepthFormat>(setup: &Setup, bias: DepthBias, (low, high): (f32, f32)) -> Self {
+        let [p, q, r] = each(setup.corners(), |corner| corner.depth());
+        let inv_area2 = 1.0 / to_f32(setup.area2());
+        let more = [(p - r) * inv_area2, (q - r) * inv_area2];
+        let [edge_0, edge_1, _] = each(setup.edges(), |edge| edge.slope());
+        let step = |i: usize| edge_0[i] as f32 * 256.0 * more[0] + edge_1[i] as f32 * 256.0 * more[1];
+        let mut z = r;
+        if bias != DepthBias::default() {
+            let (dx, dy) = (step(0).abs(), step(1).abs());
+            let larger = |a: f32, b: f32| if a > b { a } else { b };
+            z += bias.of(larger(dx, dy), D::resolution(larger(larger(p, q), r)));
+        }
+        Self { z, more, step_x: step(0), low, high }
+    }
+
+    /// Where the first two edge functions are these.
+    #[inline(always)]
+    pub(crate) fn at_edges(&self, e0: f32, e1: f32) -> f32 {
+        self.z + e0 * self.more[0] + e1 * self.more[1]
+    }
+
+    /// At four samples where the edge functions are these, inside the depth range.
+    #[inline(always)]
+    pub(crate) fn at(&self, [e0, e1, _]: [Vec4; 3]) -> Vec4 {
+        let z = Vec4::splat(self.z) + e0 * self.more[0] + e1 * self.more[1];
+        z.max(Vec4::splat(self.low)).min(Vec4::splat(self.high))
+    }
+
+    /// Change by a pixel to the right.
+    #[inline(always)]
+    pub(crate) fn step_x(&self) -> f32 {
+        self.step_x
+    }
+
+    /// Whether it is inside the depth range `dx` columns right of where it is `z`. Depth is monotonic along a row, roundings
+    /// and all: where both ends are inside, all between them are.
+    ///
+    /// Bits of floats from 0 on, as integers, are in the order of the floats; those of −0, of negative ones and of NaN come
+    /// after.
+    #[inline(always)]
+    pub(crate) fn contains(&self, z: f32, dx: f32) -> bool {
+        let low = self.low.to_bits();
+        (z + self.step_x * dx).to_bits().wrapping_sub(low) <= self.high.to_bits().wrapping_sub(low)
+    }
+
+    /// `dx` columns right of where it is `z`, inside the depth range.
+    #[inline(always)]
+    pub(crate) fn moved(&self, z: f32, dx: f32) -> f32 {
+        self.clamp(z + self.step_x * dx)
+    }
+
+    /// [`moved`](Self::moved) for four.
+    #[inline(always)]
+    pub(crate) fn moved_four(&self, z: f32, dx: Vec4) -> Vec4 {
+        let z = Vec4::splat(z) + dx * self.step_x;
+        z.max(Vec4::splat(self.low)).min(Vec4::splat(self.high))
+    }
+
+    /// Inside the depth range.
+    #[inline(always)]
+    pub(crate) fn clamp(&self, z: f32) -> f32 {
+        clamp(z, self.low, self.high)
+    }
+}

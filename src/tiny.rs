@@ -1,0 +1,223 @@
+//! Triangles of up to eight by eight pixels: of a fine mesh, all of them.
+//!
+//! Inside of such a triangle's bounds every edge function is a whole number below 2²⁴, and so are the products that it is
+//! made of: `f32` holds all of them exactly. So there is nothing to solve and nothing to step from. A row is one window of
+//! eight samples, one in each SIMD lane; each sample's coverage and depth are worked out where it stands; and the lanes
+//! that pass make a number of eight bits, from which runs of neighbours are read.
+
+#![expect(clippy::cast_possible_truncation, reason = "a window is eight samples wide")]
+
+use glam::Vec4;
+
+use crate::depth::{DepthFormat, DepthTest};
+use crate::fragment::Shading;
+use crate::interpolate::Varyings;
+use crate::plane::DepthPlane;
+use crate::setup::Setup;
+use crate::target::Rect;
+use crate::triple::each;
+
+/// Samples in a window.
+pub(crate) const WINDOW: usize = 8;
+
+/// The most rows of a tiny triangle.
+pub(crate) const ROWS: usize = 16;
+
+/// Whether a triangle's fragments start from their own edge functions, and not from those at an anchor.
+#[inline(always)]
+pub(crate) fn is_tiny(setup: &Setup) -> bool {
+    let [a, b, c] = setup.corners();
+    let extent = |a: i32, b: i32, c: i32| a.max(b).max(c) - a.min(b).min(c);
+    extent(a.x(), b.x(), c.x()) <= (WINDOW as i32) << 8 && extent(a.y(), b.y(), c.y()) <= (ROWS as i32) << 8
+}
+
+/// A tiny triangle and its window of a framebuffer.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tiny {
+    /// The window's leftmost pixel in the first row.
+    pub(crate) x: i32,
+    pub(crate) y: i32,
+    /// How many rows there are.
+    pub(crate) rows: i32,
+    /// How far right of the leftmost sample of the triangle's bounds the window begins.
+    dx: f32,
+    /// Change of each edge function by a pixel right and down, its value at the leftmost sample of the bounds in the first
+    /// row, and the least value that is covered. The fourth of each is the third again: one SIMD operation takes four.
+    a: [f32; 4],
+    b: [f32; 4],
+    c: [f32; 4],
+    least: [f32; 4],
+    /// Negative in lanes that may not be drawn to.
+    may_draw: [[f32; 4]; 2],
+}
+
+/// For each lane of a window, 1 if it is chosen and 0 if not.
+pub(crate) type Lanes = [u32; WINDOW];
+
+impl Tiny {
+    /// A tiny triangle's window in a framebuffer that has `target`, of which `area` may be drawn to.
+    #[inline(always)]
+    pub(crate) fn new(setup: &Setup, target: Rect, area: Rect) -> Self {
+        let bounds = setup.bounds();
+        let y = bounds.y.max(area.y);
+        let rows = bounds.bottom().min(area.bottom()) - y;
+        // As far left as the framebuffer allows, if it ends too early on the right.
+        let x = bounds.x.min(target.right() - WINDOW as i32).max(target.x);
+        let [p, q, r] = each(setup.corners(), |v| {
+            [(v.x() - (bounds.x << 8) - 128) as f32, (v.y() - (y << 8) - 128) as f32]
+        });
+        let (from_x, to_x) = (Vec4::new(q[0], r[0], p[0], p[0]), Vec4::new(r[0], p[0], q[0], q[0]));
+        let (from_y, to_y) = (Vec4::new(q[1], r[1], p[1], p[1]), Vec4::new(r[1], p[1], q[1], q[1]));
+        let (a, b) = (from_y - to_y, to_x - from_x);
+        let c = -(a * from_x + b * from_y);
+        // A top or left edge has a > 0, or a = 0 and b > 0: as whole numbers of at most 2¹², 2¹³ a + b > 0.
+        let is_top_left = (a * 8192.0 + b).cmpgt(Vec4::ZERO);
+        let least = Vec4::select(is_top_left, Vec4::ZERO, Vec4::ONE).to_array();
+        let (a, b, c) = ((a * 256.0).to_array(), (b * 256.0).to_array(), c.to_array());
+        let (left, right) = ((area.x - x) as f32, (area.right() - x - 1) as f32);
+        let may_draw = each([0.0, 4.0, 0.0], |first| {
+            let columns = COLUMNS + first;
+            (columns - left).min(Vec4::splat(right) - columns).to_array()
+        });
+        Self { x, y, rows, dx: (x - bounds.x) as f32, a, b, c, least, may_draw: [may_draw[0], may_draw[1]] }
+    }
+
+    /// The edge functions on a row, at the leftmost sample of the bounds.
+    #[inline(always)]
+    fn row(&self, row: i32) -> [f32; 3] {
+        let [e0, e1, e2, _] = (Vec4::from_array(self.b) * row as f32 + Vec4::from_array(self.c)).to_array();
+        [e0, e1, e2]
+    }
+
+    /// The edge functions of four samples of a row, from the window's column `first` on: exact inside of the bounds.
+    #[inline(always)]
+    fn edges(&self, row: [f32; 3], first: usize) -> [Vec4; 3] {
+        let dx = COLUMNS + (self.dx + first as f32);
+        let edge = |i: usize| dx * self.a[i] + Vec4::splat(row[i]);
+        [edge(0), edge(1), edge(2)]
+    }
+
+    /// Four samples of a row, from its first or its fifth lane on: not negative where they are covered and may be drawn to;
+    /// and their depths.
+    #[inline(always)]
+    pub(crate) fn half(&self, row: i32, half: usize, plane: &DepthPlane) -> ([f32; 4], [f32; 4]) {
+        let row = self.row(row);
+        let edges = self.edges(row, 4 * half);
+        let inside = |i: usize| edges[i] - self.least[i];
+        let may_draw = Vec4::from_array(self.may_draw[half]);
+        let inside = inside(0).min(inside(1)).min(inside(2)).min(may_draw);
+        (inside.to_array(), plane.at(edges).to_array())
+    }
+
+    /// The lanes of a row that are covered and pass the depth test against `old`.
+    #[inline(always)]
+    pub(crate) fn lanes<D: DepthFormat>(
+        &self,
+        row: i32,
+        plane: &DepthPlane,
+        test: impl DepthTest,
+        old: &[D; WINDOW],
+    ) -> Lanes {
+        let mut lanes = [0; WINDOW];
+        for half in 0..2 {
+            let (inside, z) = self.half(row, half, plane);
+            for i in 0..4 {
+                let lane = 4 * half + i;
+                let passes_test = !D::IS_STORED || test.passes(D::from_depth(z[i]), old[lane]);
+                lanes[lane] = u32::from((inside[i] >= 0.0) & passes_test);
+            }
+        }
+        lanes
+    }
+
+    /// What weights of four samples are made of, and their depths, from their columns and rows in the window.
+    #[inline(always)]
+    pub(crate) fn samples<V: Varyings>(
+        &self,
+        (column, row): (Vec4, Vec4),
+        shading: &Shading<'_, V>,
+        plane: &DepthPlane,
+    ) -> ([Vec4; 5], Vec4) {
+        let dx = column + self.dx;
+        let edge = |i: usize| dx * self.a[i] + (row * self.b[i] + self.c[i]);
+        let edges = [edge(0), edge(1), edge(2)];
+        (shading.samples(edges), plane.at(edges))
+    }
+}
+
+/// The columns of the first four lanes.
+pub(crate) const COLUMNS: Vec4 = Vec4::new(0.0, 1.0, 2.0, 3.0);
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::depth::{DepthBias, Less};
+    use crate::project::ProjectedVertex;
+    use std::vec::Vec;
+
+    /// Tiny triangles of all sizes, some as large as can be, with corners on a grid of `step` subpixels.
+    fn triangles(step: i32) -> Vec<Setup> {
+        let mut random = 1u32;
+        let mut below = |n: i32| {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            ((random >> 8) % n.cast_unsigned()).cast_signed()
+        };
+        let mut setups = Vec::new();
+        while setups.len() < 2000 {
+            let (width, height) = (1 + below(3000 / step), 1 + below(20_000 / step));
+            let mut vertex = || {
+                // On the border of the box as often as inside.
+                let mut at = |size: i32| [0, below(size + 1), size][below(3).cast_unsigned() as usize];
+                let (x, y) = (at(width) * step, at(height) * step);
+                // On a grid of samples, but for edges that are not quite level.
+                let y = y + i32::from(step > 1 && below(4) == 0);
+                ProjectedVertex::new(x - 1024 - 128, y - 3072 - 128, 0.25, 1.0).expect("in range")
+            };
+            setups.extend(Setup::new([vertex(), vertex(), vertex()]).filter(is_tiny));
+        }
+        setups
+    }
+
+    #[test]
+    fn lanes_are_what_the_edge_functions_cover_in_any_window() {
+        let frames = [
+            Rect { x: -64, y: -64, width: 128, height: 128 },
+            Rect { x: -4, y: -9, width: 5, height: 7 },
+            Rect { x: -2, y: -12, width: 70, height: 12 },
+            Rect { x: -30, y: -20, width: 29, height: 30 },
+        ];
+        for setup in triangles(1).into_iter().chain(triangles(128)) {
+            let edges = setup.edges();
+            let plane = DepthPlane::new::<f32>(&setup, DepthBias::default(), (0.0, 1.0));
+            for frame in frames {
+                let area = frame.intersection(Rect { x: -60, y: -11, width: 60, height: 9 });
+                let tiny = Tiny::new(&setup, frame, area);
+                let mut found = Vec::new();
+                for row in 0..tiny.rows {
+                    let lanes = tiny.lanes(row, &plane, Less, &[1.0f32; WINDOW]);
+                    for (x, lane) in (tiny.x..).zip(lanes) {
+                        if lane != 0 {
+                            found.push((x, tiny.y + row));
+                        }
+                    }
+                }
+                let covered: Vec<_> = (area.y..area.bottom())
+                    .flat_map(|y| (area.x..area.right()).map(move |x| (x, y)))
+                    .filter(|&(x, y)| edges.iter().all(|edge| edge.covers(x, y)))
+                    .collect();
+                assert_eq!(found, covered, "{setup:?} in {frame:?}");
+                for (x, y) in covered {
+                    let row = tiny.row(y - tiny.y);
+                    let all = [tiny.edges(row, 0), tiny.edges(row, 4)];
+                    let lane = (x - tiny.x).cast_unsigned() as usize;
+                    for (i, edge) in edges.iter().enumerate() {
+                        let value = all[lane / 4][i].to_array()[lane % 4];
+                        assert_eq!(value.to_bits(), (edge.at(x, y) as f32).to_bits(), "{setup:?} at {x} {y}");
+                        assert_eq!(value as i64, edge.at(x, y), "exact: {setup:?} at {x} {y}");
+                    }
+                }
+            }
+        }
+    }
+}
