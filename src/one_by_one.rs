@@ -459,6 +459,9 @@ mod tests {
     use glam::Vec4;
     use std::vec::Vec;
 
+    /// Pixels along a side of the frame.
+    const SIZE: u32 = 96;
+
     /// Small and large triangles, many of them beyond the near and far planes or behind the eye.
     fn triangles(count: usize) -> Vec<Vec4> {
         let mut random = 1u32;
@@ -473,7 +476,10 @@ mod tests {
             for _ in 0..3 {
                 let w = if i % 7 == 0 { next() * 2.0 - 0.5 } else { 0.5 + next() };
                 let (dx, dy) = (size * (next() - 0.5), size * (next() - 0.5));
-                positions.push(Vec4::new(x + dx, y + dy, z + 0.3 * next(), 1.0) * w);
+                // Every other one on the grid of half pixels, where samples lie on edges.
+                let place =
+                    |ndc: f32| if i % 2 == 0 { (ndc * SIZE as f32).round() / SIZE as f32 } else { ndc };
+                positions.push(Vec4::new(place(x + dx), place(y + dy), z + 0.3 * next(), 1.0) * w);
             }
         }
         positions
@@ -493,7 +499,6 @@ mod tests {
 
     #[test]
     fn the_same_bits_as_packets() {
-        const SIZE: u32 = 96;
         const PIXELS: usize = (SIZE * SIZE) as usize;
         let positions = triangles(600);
         let values: Vec<[f32; 2]> = positions.iter().map(|p| [p.x, p.z - p.y]).collect();
