@@ -212,15 +212,20 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         for row in 0..tiny.rows {
             let run = self.target.run(tiny.x, tiny.y + row, room);
             if let (Some(colors), Some(depths)) = (run.color.first_chunk(), run.depth.first_chunk()) {
-                let lanes = tiny.lanes(row, plane, self.test, depths);
-                filled = packet.put_lanes(filled, row, &lanes, colors, depths);
+                filled = if tiny.is_narrow {
+                    let lanes = tiny.lanes::<_, true>(row, plane, self.test, depths);
+                    packet.put_lanes::<4>(filled, row, &lanes, colors, depths)
+                } else {
+                    let lanes = tiny.lanes::<_, false>(row, plane, self.test, depths);
+                    packet.put_lanes::<WINDOW>(filled, row, &lanes, colors, depths)
+                };
             } else if let (Some(&color), Some(&depth)) = (run.color.first(), run.depth.first()) {
                 // A framebuffer narrower than a window is tested in one of its own.
                 let (mut colors, mut depths) = ([color; WINDOW], [depth; WINDOW]);
                 let lent = copy(&mut colors, run.color).min(copy(&mut depths, run.depth));
-                let mut lanes = tiny.lanes(row, plane, self.test, &depths);
+                let mut lanes = tiny.lanes::<_, false>(row, plane, self.test, &depths);
                 lanes.iter_mut().skip(lent).for_each(|lane| *lane = 0);
-                filled = packet.put_lanes(filled, row, &lanes, &colors, &depths);
+                filled = packet.put_lanes::<WINDOW>(filled, row, &lanes, &colors, &depths);
             }
         }
         packet.set_tiny(filled, tiny, shading, plane);

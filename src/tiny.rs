@@ -39,6 +39,8 @@ pub(crate) struct Tiny {
     pub(crate) y: i32,
     /// How many rows there are.
     pub(crate) rows: i32,
+    /// Whether the first half of the window's lanes holds all samples.
+    pub(crate) is_narrow: bool,
     /// How far right of the leftmost sample of the triangle's bounds the window begins.
     dx: f32,
     /// Change of each edge function by a pixel right and down, its value at the leftmost sample of the bounds in the first
@@ -79,7 +81,8 @@ impl Tiny {
             let columns = COLUMNS + first;
             (columns - left).min(Vec4::splat(right) - columns).to_array()
         });
-        Self { x, y, rows, dx: (x - bounds.x) as f32, a, b, c, least, may_draw: [may_draw[0], may_draw[1]] }
+        let is_narrow = bounds.right().min(area.right()) - x <= 4;
+        Self { x, y, rows, is_narrow, dx: (x - bounds.x) as f32, a, b, c, least, may_draw: [may_draw[0], may_draw[1]] }
     }
 
     /// The edge functions on a row, at the leftmost sample of the bounds.
@@ -111,7 +114,7 @@ impl Tiny {
 
     /// The lanes of a row that are covered and pass the depth test against `old`.
     #[inline(always)]
-    pub(crate) fn lanes<D: DepthFormat>(
+    pub(crate) fn lanes<D: DepthFormat, const IS_NARROW: bool>(
         &self,
         row: i32,
         plane: &DepthPlane,
@@ -119,7 +122,7 @@ impl Tiny {
         old: &[D; WINDOW],
     ) -> Lanes {
         let mut lanes = [0; WINDOW];
-        for half in 0..2 {
+        for half in 0..if IS_NARROW { 1 } else { 2 } {
             let (inside, z) = self.half(row, half, plane);
             for i in 0..4 {
                 let lane = 4 * half + i;
@@ -195,7 +198,7 @@ mod tests {
                 let tiny = Tiny::new(&setup, frame, area);
                 let mut found = Vec::new();
                 for row in 0..tiny.rows {
-                    let lanes = tiny.lanes(row, &plane, Less, &[1.0f32; WINDOW]);
+                    let lanes = tiny.lanes::<_, false>(row, &plane, Less, &[1.0f32; WINDOW]);
                     for (x, lane) in (tiny.x..).zip(lanes) {
                         if lane != 0 {
                             found.push((x, tiny.y + row));
