@@ -121,12 +121,12 @@ impl ClipVolume {
     fn cut(&self, room: &mut Room, len: usize, plane: u8) -> Option<usize> {
         let corners = room.get_mut(..len)?;
         let distance = |corner: &Corner| self.distance(plane, corner.position);
-        // The first corner inside after one outside.
-        let (mut start, mut outside) = (0, 0);
+        // The first corner inside after one outside; where there is none, no corner is.
+        let (mut start, mut outside) = (len, 0);
         let mut was_inside = distance(corners.last()?) >= 0.0;
         for (i, corner) in corners.iter().enumerate() {
             let is_inside = distance(corner) >= 0.0;
-            if is_inside && !was_inside {
+            if is_inside && !was_inside && start == len {
                 start = i;
             }
             outside += usize::from(!is_inside);

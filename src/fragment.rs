@@ -168,13 +168,6 @@ impl<'a, V: Varyings> Shading<'a, V> {
         [p, q, p + q + r, e0 * self.inv_area2, e1 * self.inv_area2]
     }
 
-    /// The edge functions `dx` columns right of where they are these: exact in a tiny triangle.
-    #[inline(always)]
-    pub(crate) fn edges_moved(&self, [e0, e1, e2]: [f32; 3], dx: f32) -> [f32; 3] {
-        let [a, b, c] = self.step_x;
-        [e0 + a * dx, e1 + b * dx, e2 + c * dx]
-    }
-
     /// The change of [`sample`](Self::sample) by a pixel to the right.
     #[inline(always)]
     pub(crate) fn step_x(&self) -> Sample {

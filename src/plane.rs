@@ -5,6 +5,7 @@ use glam::Vec4;
 use crate::depth::{DepthBias, DepthFormat, clamp};
 use crate::fragment::to_f32;
 use crate::setup::Setup;
+use crate::traverse::HAS_FLOAT_LANES;
 use crate::triple::each;
 
 /// A triangle's depth: linear on the screen.
@@ -57,13 +58,9 @@ impl DepthPlane {
 
     /// Whether it is inside the depth range `dx` columns right of where it is `z`. Depth is monotonic along a row, roundings
     /// and all: where both ends are inside, all between them are.
-    ///
-    /// Bits of floats from 0 on, as integers, are in the order of the floats; those of −0, of negative ones and of NaN come
-    /// after.
     #[inline(always)]
     pub(crate) fn contains(&self, z: f32, dx: f32) -> bool {
-        let low = self.low.to_bits();
-        (z + self.step_x * dx).to_bits().wrapping_sub(low) <= self.high.to_bits().wrapping_sub(low)
+        self.holds(z + self.step_x * dx)
     }
 
     /// `dx` columns right of where it is `z`, inside the depth range.
@@ -82,6 +79,15 @@ impl DepthPlane {
     /// Inside the depth range.
     #[inline(always)]
     pub(crate) fn clamp(&self, z: f32) -> f32 {
-        clamp(z, self.low, self.high)
+        // A comparison of integers is a third of two of floats where there is no SIMD.
+        if !HAS_FLOAT_LANES && self.holds(z) { z } else { clamp(z, self.low, self.high) }
+    }
+
+    /// Bits of floats from 0 on, as integers, are in the order of the floats; those of −0, of negative ones and of NaN come
+    /// after.
+    #[inline(always)]
+    fn holds(&self, z: f32) -> bool {
+        let low = self.low.to_bits();
+        z.to_bits().wrapping_sub(low) <= self.high.to_bits().wrapping_sub(low)
     }
 }

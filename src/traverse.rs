@@ -471,11 +471,27 @@ impl Large {
     }
 }
 
-/// One row of a triangle of any size, without memory for what its rows have in common.
+/// One row of a triangle of any size, as [`Large`] solves it. What its rows have in common is worked out for each of them:
+/// rows this long can bear it, and the stack need not hold it.
 #[cold]
 #[inline(never)]
 pub(crate) fn solve_alone(setup: &Setup, y: i32) -> Rows {
-    Large::new(setup).solve(y, y + 1)
+    let edges = setup.edges();
+    let (mut start, mut end) = (-EXTENT, EXTENT);
+    for edge in &edges {
+        let step = edge.step_x();
+        if step != 0 {
+            let crossing = crossing(edge, 1.0 / step as f32, y);
+            (start, end) = if step > 0 { (start.max(crossing), end) } else { (start, end.min(crossing)) };
+        }
+    }
+    let anchor = if anchors_at_end(setup) { end - 1 } else { start };
+    Rows {
+        start: [start; LANES],
+        end: [end; LANES],
+        anchor: [anchor; LANES],
+        edges: each(edges, |edge| [edge.at(anchor, y) as f32; LANES]),
+    }
 }
 
 /// The first column at which an edge that is not level has changed its mind about row `y`; at most one past the domain.
