@@ -82,7 +82,8 @@ impl Tiny {
             (columns - left).min(Vec4::splat(right) - columns).to_array()
         });
         let is_narrow = bounds.right().min(area.right()) - x <= 4;
-        Self { x, y, rows, is_narrow, dx: (x - bounds.x) as f32, a, b, c, least, may_draw: [may_draw[0], may_draw[1]] }
+        let (dx, may_draw) = ((x - bounds.x) as f32, [may_draw[0], may_draw[1]]);
+        Self { x, y, rows, is_narrow, dx, a, b, c, least, may_draw }
     }
 
     /// The edge functions on a row, at the leftmost sample of the bounds.
