@@ -1,9 +1,12 @@
-//! Triangles of up to eight by eight pixels: of a fine mesh, all of them.
+//! Triangles of up to 8 × 16 pixels: of a fine mesh, nearly all of them.
 //!
-//! Inside of such a triangle's bounds every edge function is a whole number below 2²⁴, and so are the products that it is
-//! made of: `f32` holds all of them exactly. So there is nothing to solve and nothing to step from. A row is one window of
-//! eight samples, one in each SIMD lane; each sample's coverage and depth are worked out where it stands; and the lanes
-//! that pass make a number of eight bits, from which runs of neighbours are read.
+//! Inside of such a triangle's bounds no edge function exceeds 2²⁴, width by height in subpixels, nor do the products that it
+//! is the sum of: `f32` holds all of them exactly. So there is nothing to solve and nothing to step from. A row is one window
+//! of eight samples, one in each SIMD lane, and the coverage and depth of each are worked out where it stands. The fragments
+//! that pass, of all rows, are put one after the other into one packet.
+//!
+//! Rows are computed in glam's `Vec4`, which is SIMD on every target that has it: out of plain arrays of eight, compilers
+//! made something else for odd lanes.
 
 #![expect(clippy::cast_possible_truncation, reason = "a window is eight samples wide")]
 
