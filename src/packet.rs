@@ -54,7 +54,7 @@ impl<C, D> Packet<'_, C, D> {
     ///
     /// All eight are written, each over the one before if that is not kept: whether it is, no branch predictor can tell.
     #[inline(always)]
-    pub(crate) fn put_lanes(
+    pub(crate) fn put_lanes<const N: usize>(
         &mut self,
         mut filled: usize,
         row: i32,
@@ -66,7 +66,7 @@ impl<C, D> Packet<'_, C, D> {
         C: Copy,
         D: Copy,
     {
-        for lane in 0..WINDOW {
+        for lane in 0..N.min(WINDOW) {
             // A triangle covers less than its bounds: there is always one place more.
             let at = filled & (PLACES - 1) & (WINDOWS - 1);
             (self.colors[at], self.depths[at]) = (colors[lane], depths[lane]);

@@ -5,9 +5,11 @@
 //! only, so the compiler inlines the closure into it and makes SIMD of the whole. A packet is either
 //!
 //! * a stretch of one row: depth is tested for all of it at once. If all fragments pass, as most often, they are shaded
-//!   straight into the framebuffer; if none, the stretch is done; if some, each run of fragments that pass is shaded; or
-//! * up to eight rows of a triangle no wider than eight pixels, one window of eight pixels a row, shaded as one packet and
-//!   then written through the windows. A row at a time, such triangles would cost more in loops than in shading.
+//!   straight into the framebuffer; if none, the stretch is done; if some, each run of fragments that pass is shaded;
+//! * up to eight rows of a triangle no wider than 64 pixels, in windows of eight pixels, if all fragments of them pass:
+//!   shaded as one packet and then written through the windows. A row at a time, such triangles would cost more in loops
+//!   than in shading; or
+//! * all fragments that pass of a [`tiny`](crate::tiny) triangle, whose rows are windows of eight samples.
 //!
 //! Elsewhere, `one_by_one.rs` tests and shades one fragment after the other: less memory, less code, and the same results.
 
@@ -212,15 +214,20 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         for row in 0..tiny.rows {
             let run = self.target.run(tiny.x, tiny.y + row, room);
             if let (Some(colors), Some(depths)) = (run.color.first_chunk(), run.depth.first_chunk()) {
-                let lanes = tiny.lanes(row, plane, self.test, depths);
-                filled = packet.put_lanes(filled, row, &lanes, colors, depths);
+                filled = if tiny.is_narrow {
+                    let lanes = tiny.lanes::<_, true>(row, plane, self.test, depths);
+                    packet.put_lanes::<4>(filled, row, &lanes, colors, depths)
+                } else {
+                    let lanes = tiny.lanes::<_, false>(row, plane, self.test, depths);
+                    packet.put_lanes::<WINDOW>(filled, row, &lanes, colors, depths)
+                };
             } else if let (Some(&color), Some(&depth)) = (run.color.first(), run.depth.first()) {
                 // A framebuffer narrower than a window is tested in one of its own.
                 let (mut colors, mut depths) = ([color; WINDOW], [depth; WINDOW]);
                 let lent = copy(&mut colors, run.color).min(copy(&mut depths, run.depth));
-                let mut lanes = tiny.lanes(row, plane, self.test, &depths);
+                let mut lanes = tiny.lanes::<_, false>(row, plane, self.test, &depths);
                 lanes.iter_mut().skip(lent).for_each(|lane| *lane = 0);
-                filled = packet.put_lanes(filled, row, &lanes, &colors, &depths);
+                filled = packet.put_lanes::<WINDOW>(filled, row, &lanes, &colors, &depths);
             }
         }
         packet.set_tiny(filled, tiny, shading, plane);

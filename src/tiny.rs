@@ -1,9 +1,12 @@
-//! Triangles of up to eight by eight pixels: of a fine mesh, all of them.
+//! Triangles of up to 8 × 16 pixels: of a fine mesh, nearly all of them.
 //!
-//! Inside of such a triangle's bounds every edge function is a whole number below 2²⁴, and so are the products that it is
-//! made of: `f32` holds all of them exactly. So there is nothing to solve and nothing to step from. A row is one window of
-//! eight samples, one in each SIMD lane; each sample's coverage and depth are worked out where it stands; and the lanes
-//! that pass make a number of eight bits, from which runs of neighbours are read.
+//! Inside of such a triangle's bounds no edge function exceeds 2²⁴, width by height in subpixels, nor do the products that it
+//! is the sum of: `f32` holds all of them exactly. So there is nothing to solve and nothing to step from. A row is one window
+//! of eight samples, one in each SIMD lane, and the coverage and depth of each are worked out where it stands. The fragments
+//! that pass, of all rows, are put one after the other into one packet.
+//!
+//! Rows are computed in glam's `Vec4`, which is SIMD on every target that has it: out of plain arrays of eight, compilers
+//! made something else for odd lanes.
 
 #![expect(clippy::cast_possible_truncation, reason = "a window is eight samples wide")]
 
@@ -39,6 +42,8 @@ pub(crate) struct Tiny {
     pub(crate) y: i32,
     /// How many rows there are.
     pub(crate) rows: i32,
+    /// Whether the first half of the window's lanes holds all samples.
+    pub(crate) is_narrow: bool,
     /// How far right of the leftmost sample of the triangle's bounds the window begins.
     dx: f32,
     /// Change of each edge function by a pixel right and down, its value at the leftmost sample of the bounds in the first
@@ -79,7 +84,9 @@ impl Tiny {
             let columns = COLUMNS + first;
             (columns - left).min(Vec4::splat(right) - columns).to_array()
         });
-        Self { x, y, rows, dx: (x - bounds.x) as f32, a, b, c, least, may_draw: [may_draw[0], may_draw[1]] }
+        let is_narrow = bounds.right().min(area.right()) - x <= 4;
+        let (dx, may_draw) = ((x - bounds.x) as f32, [may_draw[0], may_draw[1]]);
+        Self { x, y, rows, is_narrow, dx, a, b, c, least, may_draw }
     }
 
     /// The edge functions on a row, at the leftmost sample of the bounds.
@@ -111,7 +118,7 @@ impl Tiny {
 
     /// The lanes of a row that are covered and pass the depth test against `old`.
     #[inline(always)]
-    pub(crate) fn lanes<D: DepthFormat>(
+    pub(crate) fn lanes<D: DepthFormat, const IS_NARROW: bool>(
         &self,
         row: i32,
         plane: &DepthPlane,
@@ -119,7 +126,7 @@ impl Tiny {
         old: &[D; WINDOW],
     ) -> Lanes {
         let mut lanes = [0; WINDOW];
-        for half in 0..2 {
+        for half in 0..if IS_NARROW { 1 } else { 2 } {
             let (inside, z) = self.half(row, half, plane);
             for i in 0..4 {
                 let lane = 4 * half + i;
@@ -195,7 +202,7 @@ mod tests {
                 let tiny = Tiny::new(&setup, frame, area);
                 let mut found = Vec::new();
                 for row in 0..tiny.rows {
-                    let lanes = tiny.lanes(row, &plane, Less, &[1.0f32; WINDOW]);
+                    let lanes = tiny.lanes::<_, false>(row, &plane, Less, &[1.0f32; WINDOW]);
                     for (x, lane) in (tiny.x..).zip(lanes) {
                         if lane != 0 {
                             found.push((x, tiny.y + row));
