@@ -378,6 +378,10 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         primitives: Primitives<'_, I>,
         positions: P,
     ) -> Result<Statistics, DrawError> {
+        if !HAS_FLOAT_LANES {
+            let keep = |_: Fragment<'_, ()>, color| Some(color);
+            return self.draw_one_by_one(target, primitives, positions, (), keep);
+        }
         let (target_area, render_area) = (target.area(), self.render_area(target));
         let limits = self.viewport.depth_limits();
         let mut geometry = self.geometry(primitives, positions, &(), render_area)?;
@@ -427,8 +431,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         F: Framebuffer,
         I: Index,
         P: Positions,
-        A: Attributes<Value = V>,
-        S: FnMut(Fragment<'_, V>, F::Color) -> R,
+        A: Attributes<Value: Varyings>,
+        S: FnMut(Fragment<'_, A::Value>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
         let count = vertex_count(&primitives, &positions, &varyings)?;
