@@ -20,6 +20,9 @@ use workloads::{CLEAR_COLOR, CLEAR_DEPTH, HEIGHT, Lit, Shading, WIDTH, Workload}
 halfplane::varyings!(Lit { normal, uv });
 
 /// Triangles or vertices a task.
+///
+/// And a task is one of these chunks, or one tile (`with_max_len(1)`): left to itself, rayon cuts a list into a few long
+/// parts, and a thread that has finished its own finds nothing to take from one that was late.
 const CHUNK: usize = 4096;
 
 const FRAME: Rect = Rect::of_size(WIDTH, HEIGHT);
@@ -104,7 +107,7 @@ fn geometry<'a, V: Varyings + Send + Sync>(
     memory: &'a mut [u32],
 ) -> Vec<Bins<'a, 'a, V>> {
     let clip = |i: usize| workload.transform * workload.positions[i].extend(1.0);
-    room.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, room)| {
+    room.par_chunks_mut(CHUNK).enumerate().with_max_len(1).for_each(|(chunk, room)| {
         let positions = Computed::new(room.len(), |i| clip(chunk * CHUNK + i));
         rasterizer.project(positions, room).expect("there is room");
     });
@@ -114,6 +117,7 @@ fn geometry<'a, V: Varyings + Send + Sync>(
         .par_chunks_mut(CHUNK)
         .zip(memory.par_chunks_mut(memory_len(grid)))
         .enumerate()
+        .with_max_len(1)
         .map(|(chunk, (records, memory))| {
             let part = primitives.part(chunk * CHUNK, (chunk + 1) * CHUNK);
             let mut preparation = rasterizer.prepare(FRAME, part, vertices, values).expect("valid indices");
@@ -132,7 +136,7 @@ fn fragments<V: Varyings + Send + Sync, R: Into<Option<u32>>>(
     shade: impl Fn(Fragment<'_, V>) -> R + Sync,
 ) {
     let tiles: Vec<_> = grid.surfaces(color, depth).expect("they are as large").collect();
-    tiles.into_par_iter().enumerate().for_each(|(index, mut tile)| {
+    tiles.into_par_iter().enumerate().with_max_len(1).for_each(|(index, mut tile)| {
         let records = bins.iter().flat_map(|bins| bins.tile(index).chain(bins.rest()));
         rasterizer.draw_prepared(&mut tile, records, &shade);
     });

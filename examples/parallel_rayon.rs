@@ -15,6 +15,9 @@ const WIDTH: u32 = 1280;
 const HEIGHT: u32 = 960;
 
 /// How many triangles or vertices a task has: their records fit into a core's own cache.
+///
+/// And a task is one of these chunks, or one tile (`with_max_len(1)`): left to itself, rayon cuts a list into a few long
+/// parts, and a thread that has finished its own finds nothing to take from one that was late.
 const CHUNK: usize = 2048;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -50,6 +53,7 @@ fn draw(scene: &scene::Scene, tile: (u32, u32)) -> Result<Vec<u32>, Box<dyn Erro
     let mut room = vec![ProjectedVertex::default(); scene.positions.len()];
     room.par_chunks_mut(CHUNK)
         .zip(scene.positions.par_chunks(CHUNK))
+        .with_max_len(1)
         .try_for_each(|(room, positions)| rasterizer.project(positions, room).map(drop))?;
     let vertices = Projected::new(&room, &scene.positions[..])?;
 
@@ -61,6 +65,7 @@ fn draw(scene: &scene::Scene, tile: (u32, u32)) -> Result<Vec<u32>, Box<dyn Erro
         .par_chunks_mut(CHUNK)
         .zip(memory.par_chunks_mut(memory_len))
         .enumerate()
+        .with_max_len(1)
         .map(|(chunk, (records, memory))| {
             let part = primitives.part(chunk * CHUNK, (chunk + 1) * CHUNK);
             let mut preparation = rasterizer.prepare(frame, part, vertices, &scene.values[..])?;
@@ -74,7 +79,7 @@ fn draw(scene: &scene::Scene, tile: (u32, u32)) -> Result<Vec<u32>, Box<dyn Erro
     let mut pixels = vec![scene::BACKGROUND; grid.len() * grid.tile_len()];
     let mut depth = vec![1.0f32; grid.len() * grid.tile_len()];
     let tiles: Vec<_> = grid.surfaces(&mut pixels[..], &mut depth[..])?.collect();
-    tiles.into_par_iter().enumerate().for_each(|(index, mut tile)| {
+    tiles.into_par_iter().enumerate().with_max_len(1).for_each(|(index, mut tile)| {
         let records = bins.iter().flat_map(|bins| bins.tile(index).chain(bins.rest()));
         rasterizer.draw_prepared(&mut tile, records, |fragment| scene::color(fragment.varyings()));
     });
