@@ -154,7 +154,7 @@ impl Scene {
 }
 
 /// All of them.
-pub const SCENES: [Scene; 28] = [
+pub const SCENES: [Scene; 29] = [
     Scene { name: "perspective/rgba8/f32", draw: perspective_rgba8_f32 },
     Scene { name: "perspective/rgb565/u16", draw: perspective_rgb565_u16 },
     Scene { name: "cut/whole", draw: cut_whole },
@@ -179,6 +179,7 @@ pub const SCENES: [Scene; 28] = [
     Scene { name: "compare/u32", draw: compare_u32 },
     Scene { name: "compare/types", draw: compare_types },
     Scene { name: "bias", draw: bias },
+    Scene { name: "depth_alone", draw: depth_alone },
     Scene { name: "blend", draw: blend },
     Scene { name: "nasty", draw: nasty },
     Scene { name: "spans", draw: spans },
@@ -795,6 +796,31 @@ fn bias(memory: &mut Memory, hash: &mut Hash) -> Done {
         hash.frame32(memory);
         hash.frame16(memory);
     }
+    Some(())
+}
+
+/// Depth by the draw that does nothing else, of a cube and of confetti from a pixel up to a third of the frame.
+fn depth_alone(memory: &mut Memory, hash: &mut Hash) -> Done {
+    let rasterizer = rasterizer::<()>()?;
+    let mut random = Random(29);
+    let mut confetti = [Vec4::ZERO; 96];
+    for (i, corners) in confetti.chunks_exact_mut(3).enumerate() {
+        let centre = Vec4::new(random.number(2), random.number(2), random.number(1) + 1.0, 0.0) * 0.5;
+        let size = [0.03125, 0.125, 0.25, 0.5][i % 4];
+        for corner in corners {
+            let offset = Vec4::new(random.number(1), random.number(1), random.number(1) * 0.25, 0.0);
+            *corner = (centre + offset * size).with_w(1.0) * (1.5 + random.number(1));
+        }
+    }
+    let mut floating = Surface::depth_only(&mut memory.depth, WIDTH, HEIGHT).ok()?;
+    hash.statistics(rasterizer.draw_depth(&mut floating, Primitives::list(), &confetti));
+    let list = Primitives::list().indexed(&CUBE);
+    hash.statistics(rasterizer.draw_depth(&mut floating, list, &cube(3.0)));
+    let mut fixed = Surface::depth_only(&mut memory.depth16, WIDTH, HEIGHT).ok()?;
+    hash.statistics(rasterizer.draw_depth(&mut fixed, list, &cube(3.0)));
+    hash.statistics(rasterizer.draw_depth(&mut fixed, Primitives::list(), &confetti));
+    hash.frame32(memory);
+    hash.frame16(memory);
     Some(())
 }
 
