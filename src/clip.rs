@@ -24,7 +24,7 @@ pub enum DepthClip {
 }
 
 /// The smallest w that is kept: 2⁻⁶⁴. Then 1/w times an edge function of 2⁴⁹ stays far from infinity.
-const W_MIN: f32 = f32::from_bits((127 - 64) << 23);
+pub(crate) const W_MIN: f32 = f32::from_bits((127 - 64) << 23);
 
 /// The largest magnitude of any coordinate: 2¹⁰⁰, about 1.27 · 10³⁰. Then distances to planes stay finite.
 const COORDINATE_MAX: f32 = f32::from_bits((127 + 100) << 23);

@@ -79,7 +79,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
             if let Some(window) = depths.first_chunk_mut() {
                 test_tiny(self.test, window, (tiny, row), plane, WINDOW, &mut passed);
             } else {
-                // A framebuffer narrower than a window is drawn to through one of its own.
+                // Less than a window, of a narrow framebuffer or a miserly one, is drawn to through one of our own.
                 let mut window = [F::Depth::from_depth(0.0); WINDOW];
                 let lent = copy(&mut window, depths);
                 test_tiny(self.test, &mut window, (tiny, row), plane, lent, &mut passed);

@@ -48,7 +48,8 @@ impl Facing {
 /// How many triangles are looked at before the first of them is drawn.
 const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 4 };
 
-/// For how many minute triangles in a batch it is worth to look for those that cover nothing.
+/// With more minute triangles than this in a batch, it is worth to look for those that cover nothing. Others become pieces,
+/// and records, that draw nothing.
 const MANY: u32 = 4;
 
 #[inline(always)]

@@ -4,6 +4,7 @@ use glam::Vec4;
 
 use crate::depth::{DepthBias, DepthFormat, clamp};
 use crate::fragment::to_f32;
+use crate::project::DEPTH_MAX;
 use crate::setup::Setup;
 use crate::traverse::HAS_FLOAT_LANES;
 use crate::triple::each;
@@ -33,7 +34,11 @@ impl DepthPlane {
             let (dx, dy) = (step(0).abs(), step(1).abs());
             let larger = |a: f32, b: f32| if a > b { a } else { b };
             z += bias.of(larger(dx, dy), D::resolution(larger(larger(p, q), r)));
+            // A bias may be infinite or no number. Without this, so would be depths, which not all SIMD clamps alike.
+            z = clamp(z, -DEPTH_MAX, DEPTH_MAX);
         }
+        // Nor do they agree on −0: neither this nor a sum that starts with it is.
+        z += 0.0;
         Self { z, more, step_x: step(0), low, high }
     }
 

@@ -316,7 +316,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     /// * `positions`, `varyings`: as in [`draw`](Rasterizer::draw).
     ///
     /// Several threads can prepare [parts](Primitives::part) of the primitives at a time; the parts' records one part
-    /// after the other are those of the whole.
+    /// after the other draw what those of the whole draw. (They may be more: a triangle in the size of a pixel that lies
+    /// between samples makes no record where there are many such triangles to look for.)
     ///
     /// # Errors
     /// As [`draw`](Rasterizer::draw).

@@ -5,7 +5,7 @@
 
 use glam::Vec4;
 
-use crate::clip::{ClipVolume, DepthClip, GUARD_BAND, INVALID};
+use crate::clip::{ClipVolume, DepthClip, GUARD_BAND, INVALID, W_MIN};
 use crate::depth::clamp;
 use crate::vertex::Attributes;
 use crate::viewport::{ClipDepth, Viewport, ViewportTransform};
@@ -32,6 +32,9 @@ pub struct ProjectedVertex {
 
 const OUTSIDE: i32 = i32::MIN;
 
+/// No depth is larger, so that no sum of depths overflows: 2⁴⁰, about 10¹².
+pub(crate) const DEPTH_MAX: f32 = f32::from_bits((127 + 40) << 23);
+
 impl ProjectedVertex {
     /// What to fill memory with before there is anything else. Its value does not matter.
     ///
@@ -44,8 +47,8 @@ impl ProjectedVertex {
 
     /// A vertex at (x, y) in subpixels, with depth and 1/w, for those who project themselves.
     ///
-    /// `None` when a coordinate lies outside of −16384 ..= 16384 pixels, `depth` is no number or `inv_w` is not a
-    /// positive normal number.
+    /// `None` when a coordinate lies outside of −16384 ..= 16384 pixels, `depth` outside of ±2⁴⁰ or `inv_w` outside of
+    /// 2⁻¹²⁶ ..= 2⁶⁴.
     ///
     /// ```
     /// use halfplane::{ProjectedVertex, SUBPIXELS};
@@ -57,9 +60,8 @@ impl ProjectedVertex {
         let limit = crate::target::EXTENT * SUBPIXELS;
         let is_valid = (-limit..=limit).contains(&x)
             && (-limit..=limit).contains(&y)
-            && depth.is_finite()
-            && inv_w.is_normal()
-            && inv_w > 0.0;
+            && (-DEPTH_MAX..=DEPTH_MAX).contains(&depth)
+            && (f32::MIN_POSITIVE..=1.0 / W_MIN).contains(&inv_w);
         is_valid.then_some(Self { x, y, z: depth, inv_w })
     }
 

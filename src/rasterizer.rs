@@ -20,7 +20,7 @@ use crate::project::{Positions, Projected, ProjectedVertex, Projector};
 use crate::setup::{Setup, sample_bounds};
 use crate::shade::Shader;
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
-use crate::target::{Framebuffer, Rect};
+use crate::target::{DOMAIN, Framebuffer, Rect};
 use crate::traverse::{HAS_FLOAT_LANES, LANES};
 use crate::triple::each;
 use crate::vertex::Attributes;
@@ -198,8 +198,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 
     /// Projects every vertex once, into memory of the caller's, for draws that use vertices several times.
     ///
-    /// Without it, an indexed draw projects a vertex anew unless the triangle before used it too: with a fine mesh and
-    /// positions that are [`Computed`](crate::Computed), that is several times the work.
+    /// Without it, an indexed draw projects a vertex anew unless the triangle before used it too (and always, where there
+    /// is no SIMD): with a fine mesh and positions that are [`Computed`](crate::Computed), that is several times the work.
     ///
     /// The result is good for any number of draws by this rasterizer, from any thread, until its viewport, clip depth or
     /// depth clip changes.
@@ -382,7 +382,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             let keep = |_: Fragment<'_, ()>, color| Some(color);
             return self.draw_one_by_one(target, primitives, positions, (), keep);
         }
-        let (target_area, render_area) = (target.area(), self.render_area(target));
+        let (target_area, render_area) = (target.area().intersection(DOMAIN), self.render_area(target));
         let limits = self.viewport.depth_limits();
         let mut geometry = self.geometry(primitives, positions, &(), render_area)?;
         let mut fan = None;
@@ -483,7 +483,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             statistics.samples_passed = draw.samples_passed;
             return statistics;
         }
-        let (target_area, render_area) = (target.area(), self.render_area(target));
+        let (target_area, render_area) = (target.area().intersection(DOMAIN), self.render_area(target));
         let limits = self.viewport.depth_limits();
         // A colour to fill the packet's arrays with until there are others: any.
         let mut any = || target.run(render_area.x, render_area.y, 1).color.first().copied();

@@ -222,7 +222,7 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                     packet.put_lanes::<WINDOW>(filled, row, &lanes, colors, depths)
                 };
             } else if let (Some(&color), Some(&depth)) = (run.color.first(), run.depth.first()) {
-                // A framebuffer narrower than a window is tested in one of its own.
+                // Less than a window, of a narrow framebuffer or a miserly one, is tested in one of our own.
                 let (mut colors, mut depths) = ([color; WINDOW], [depth; WINDOW]);
                 let lent = copy(&mut colors, run.color).min(copy(&mut depths, run.depth));
                 let mut lanes = tiny.lanes::<_, false>(row, plane, self.test, &depths);
@@ -247,7 +247,7 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         }
     }
 
-    /// Reads a pixel of each cache line of a band's narrow rows, all at once: where the framebuffer is larger than the
+    /// Reads every sixteenth pixel, of four bytes one in each cache line, of a band's narrow rows, all at once: where the framebuffer is larger than the
     /// cache, what is not there comes while the rest is asked for, and not a row after the other.
     #[inline(always)]
     fn touch<V: Varyings>(&mut self, band: &Band<'_, V>) {
@@ -274,24 +274,23 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> Option<(usize, usize)> {
         loop {
-            if at.end < at.len {
+            if at.end < at.lent {
                 // The next that pass, of a stretch in which some do.
-                let run = self.target.run(at.x, band.y + at.lane as i32, at.len);
-                let (z, old) = (packet.z.get(..at.len)?, run.depth.get(..at.len)?);
+                let run = self.target.run(at.x, band.y + at.lane as i32, at.lent);
+                let (z, old) = (packet.z.get(..at.lent)?, run.depth.get(..at.lent)?);
                 let passes = |i: usize| self.test.passes(F::Depth::from_depth(z[i]), old[i]);
-                let begin = (at.end..at.len).find(|&i| passes(i));
+                let begin = (at.end..at.lent).find(|&i| passes(i));
                 let Some(begin) = begin else {
-                    at.end = at.len;
+                    at.end = at.lent;
                     continue;
                 };
-                at.end = (begin..at.len).find(|&i| !passes(i)).unwrap_or(at.len);
+                at.end = (begin..at.lent).find(|&i| !passes(i)).unwrap_or(at.lent);
                 return Some((begin, at.end));
             }
             let is_between_rows = at.len == 0 || at.x + at.len as i32 >= *band.rows.end.get(at.lane)?;
             if is_between_rows {
                 at.lane += usize::from(at.len > 0);
-                at.len = 0;
-                at.end = 0;
+                (at.len, at.lent, at.end) = (0, 0, 0);
                 let filled = self.gather_rows(band, at, packet);
                 if filled > 0 {
                     return Some((0, filled));
@@ -311,7 +310,7 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             let run = self.target.run(x, y, len);
             // A framebuffer that lends less than it was asked for gets no more than that.
             let lent = len.min(run.color.len()).min(run.depth.len());
-            at.len = len;
+            (at.len, at.lent) = (len, lent);
             let len = lent;
             let old = run.depth.get(..len)?;
             let passing = if band.plane.contains(row.0, row.1)
@@ -322,12 +321,12 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                 count_passing::<_, true>(self.test, band.plane, row, old)
             };
             if passing == 0 {
-                at.end = at.len;
+                at.end = lent;
                 continue;
             }
             packet.set(len, (band.base(lane), band.step), (x, y), row, band.plane);
             if passing as usize == len {
-                at.end = at.len;
+                at.end = lent;
                 return Some((0, len));
             }
         }
@@ -509,6 +508,8 @@ struct Progress {
     x: i32,
     len: usize,
     end: usize,
+    /// How much of it the framebuffer lends.
+    lent: usize,
     /// The rows that the packet holds instead, and where each ends.
     gathered: Range<usize>,
     ends: [usize; LANES],

@@ -1,7 +1,7 @@
 //! Triangles of up to 8 × 16 pixels: of a fine mesh, nearly all of them.
 //!
-//! Inside of such a triangle's bounds no edge function exceeds 2²⁴, width by height in subpixels, nor do the products that it
-//! is the sum of: `f32` holds all of them exactly. So there is nothing to solve and nothing to step from. A row is one window
+//! Inside of such a triangle's bounds no edge function exceeds 2²³, width by height in subpixels, and no sum on the way to it
+//! 2²⁴: `f32` holds all of them exactly. So there is nothing to solve and nothing to step from. A row is one window
 //! of eight samples, one in each SIMD lane, and the coverage and depth of each are worked out where it stands. The fragments
 //! that pass, of all rows, are put one after the other into one packet.
 //!

@@ -570,6 +570,53 @@ fn framebuffers_that_lend_too_little_are_drawn_no_farther_than_they_go() {
     }
 }
 
+/// 100 × 30 pixels, of which 70 columns are there; it says that there are 2³² − 1, from −64 on.
+struct Miser {
+    color: Vec<u32>,
+    depth: Vec<f32>,
+}
+
+impl Framebuffer for Miser {
+    type Color = u32;
+    type Depth = f32;
+
+    fn area(&self) -> Rect {
+        Rect { x: -64, y: 0, width: u32::MAX, height: 30 }
+    }
+
+    fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, u32, f32> {
+        let at = |x: i32| x.clamp(0, 70).unsigned_abs() as usize + 70 * y.unsigned_abs() as usize;
+        let (start, end) = (at(x), at(x.saturating_add(i32::try_from(len).expect("short"))));
+        Run { color: &mut self.color[start..end], depth: &mut self.depth[start..end] }
+    }
+}
+
+#[test]
+fn what_is_lent_of_a_row_is_drawn_whatever_else_is_hidden() {
+    let frame = Frame::new(100, 30);
+    let all = [[-1.0, -1.0], [-1.0, 300.0], [300.0, -1.0]].map(|point| frame.at(point));
+    for hidden in [None, Some(0usize), Some(33), Some(69)] {
+        let mut depth = vec![1.0; 70 * 30];
+        for row in depth.chunks_exact_mut(70) {
+            if let Some(x) = hidden {
+                row[x] = 0.0;
+            }
+        }
+        let mut target = Miser { color: vec![0; 70 * 30], depth };
+        let rasterizer = Rasterizer::<()>::new(frame.viewport());
+        let statistics = rasterizer.draw(&mut target, Primitives::list(), &all, (), |_| 1u32).expect("legal");
+        let expected = 30 * (70 - u64::from(hidden.is_some()));
+        assert_eq!(statistics.samples_passed, expected, "{hidden:?}");
+        assert_eq!(target.color.iter().filter(|&&color| color == 1).count() as u64, expected, "{hidden:?}");
+    }
+    // A tiny one, farther from the right border than an i32 tells.
+    let mut target = Miser { color: vec![0; 70 * 30], depth: vec![1.0; 70 * 30] };
+    let tiny = [[27.0, 1.0], [27.0, 6.0], [31.0, 1.0]].map(|point| frame.at(point));
+    let rasterizer = Rasterizer::<()>::new(Viewport::new(-64.0, 0.0, 164.0, 30.0).expect("legal"));
+    rasterizer.draw(&mut target, Primitives::list(), tiny, (), |_| 1u32).expect("legal");
+    rasterizer.draw_depth(&mut target, Primitives::list(), tiny).expect("legal");
+}
+
 /// Found by this file: what is beyond the run was asked for by nobody.
 #[test]
 fn framebuffers_that_lend_too_much_are_drawn_no_farther_than_the_triangle() {
@@ -644,6 +691,12 @@ fn projected_vertices_are_checked() {
         (i32::MIN, 0, 0.5, 1.0, false),
         (0, i32::MAX, 0.5, 1.0, false),
         (0, 0, f32::NAN, 1.0, false),
+        (0, 0, -2f32.powi(40), 1.0, true),
+        (0, 0, 2f32.powi(41), 1.0, false),
+        (0, 0, f32::INFINITY, 1.0, false),
+        (0, 0, 0.5, f32::MIN_POSITIVE, true),
+        (0, 0, 0.5, 2f32.powi(64), true),
+        (0, 0, 0.5, 2f32.powi(65), false),
         (0, 0, 0.5, 0.0, false),
         (0, 0, 0.5, -1.0, false),
         (0, 0, 0.5, 1e-45, false),
@@ -653,7 +706,7 @@ fn projected_vertices_are_checked() {
         assert_eq!(vertex.is_some(), is_valid, "({x}, {y}), {depth}, {inv_w}");
     }
     let m = 16_384 * 256;
-    let vertex = |x, y| ProjectedVertex::new(x, y, 0.5, f32::MAX).expect("legal");
+    let vertex = |x, y| ProjectedVertex::new(x, y, 0.5, 2f32.powi(64)).expect("legal");
     let setup = Setup::new([vertex(-m, -m), vertex(-m, m), vertex(m, -m)]).expect("an area");
     let mut spans = 0;
     setup.for_each_span(Rect { x: i32::MIN, y: -3, width: u32::MAX, height: 6 }, |span| {

@@ -25,7 +25,7 @@ pub const HASHES: &[(&str, u64)] = &[
     ("compare/depth24", 0xb0d1_7d67_c8eb_681e),
     ("compare/u32", 0x44d6_a438_bb42_0062),
     ("compare/types", 0x9188_263e_03ea_643f),
-    ("bias", 0xf45a_8b75_0e44_6a33),
+    ("bias", 0x619c_9b2a_af2e_702d),
     ("depth_alone", 0xaa50_91cf_4601_3454),
     ("blend", 0x5934_99b7_ea5d_5cd2),
     ("nasty", 0x95ca_0cf7_c6f7_37d2),

@@ -785,6 +785,8 @@ fn bias(memory: &mut Memory, hash: &mut Hash) -> Done {
         DepthBias { constant: -2.0, slope: 1.5, clamp: 0.0 },
         DepthBias { constant: 0.0, slope: -4.0, clamp: -0.001 },
         DepthBias { constant: 1e6, slope: 100.0, clamp: 0.125 },
+        DepthBias { constant: 0.0, slope: f32::INFINITY, clamp: 0.0 },
+        DepthBias { constant: f32::NAN, slope: 1.0, clamp: 0.0 },
     ];
     for bias in biases {
         rasterizer.depth_bias = bias;
@@ -813,12 +815,12 @@ fn depth_alone(memory: &mut Memory, hash: &mut Hash) -> Done {
         }
     }
     let mut floating = Surface::depth_only(&mut memory.depth, WIDTH, HEIGHT).ok()?;
-    hash.statistics(rasterizer.draw_depth(&mut floating, Primitives::list(), &confetti));
+    hash.statistics(rasterizer.draw_depth(&mut floating, Primitives::list(), &confetti[..]));
     let list = Primitives::list().indexed(&CUBE);
-    hash.statistics(rasterizer.draw_depth(&mut floating, list, &cube(3.0)));
+    hash.statistics(rasterizer.draw_depth(&mut floating, list, cube(3.0)));
     let mut fixed = Surface::depth_only(&mut memory.depth16, WIDTH, HEIGHT).ok()?;
-    hash.statistics(rasterizer.draw_depth(&mut fixed, list, &cube(3.0)));
-    hash.statistics(rasterizer.draw_depth(&mut fixed, Primitives::list(), &confetti));
+    hash.statistics(rasterizer.draw_depth(&mut fixed, list, cube(3.0)));
+    hash.statistics(rasterizer.draw_depth(&mut fixed, Primitives::list(), &confetti[..]));
     hash.frame32(memory);
     hash.frame16(memory);
     Some(())
