@@ -140,7 +140,7 @@ impl<C, D> Packet<'_, C, D> {
     /// Sets `len` fragments from a pixel on to the neighbours of a row's anchor, where what they are made of is `base` and
     /// depth is `z_base`. The first is `dx` columns from there.
     #[inline(always)]
-    pub(crate) fn set(
+    pub(crate) fn set<const CLAMPS: bool>(
         &mut self,
         len: usize,
         (base, step): (Sample, Sample),
@@ -164,7 +164,7 @@ impl<C, D> Packet<'_, C, D> {
             let dx = dx + RAMP[i];
             let at = base.moved(step, dx);
             (p[i], q[i], sum[i], l[i], m[i]) = (at.p, at.q, at.sum, at.l, at.m);
-            z[i] = plane.moved(z_base, dx);
+            z[i] = plane.moved_within::<CLAMPS>(z_base, dx);
             (xs[i], ys[i]) = (x.wrapping_add(i as i32), y);
         }
     }

@@ -74,6 +74,13 @@ impl DepthPlane {
         self.clamp(z + self.step_x * dx)
     }
 
+    /// [`moved`](Self::moved), or without a clamp where none is needed: see [`contains`](Self::contains).
+    #[inline(always)]
+    pub(crate) fn moved_within<const CLAMPS: bool>(&self, z: f32, dx: f32) -> f32 {
+        let z = z + self.step_x * dx;
+        if CLAMPS { self.clamp(z) } else { z }
+    }
+
     /// [`moved`](Self::moved) for four.
     #[inline(always)]
     pub(crate) fn moved_four(&self, z: f32, dx: Vec4) -> Vec4 {

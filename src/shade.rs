@@ -313,18 +313,23 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             (at.len, at.lent) = (len, lent);
             let len = lent;
             let old = run.depth.get(..len)?;
-            let passing = if band.plane.contains(row.0, row.1)
-                && band.plane.contains(row.0, row.1 + len as f32 - 1.0)
-            {
-                count_passing::<_, false>(self.test, band.plane, row, old)
+            let (plane, last) = (band.plane, row.1 + len as f32 - 1.0);
+            let needs_clamp = !(plane.contains(row.0, row.1) && plane.contains(row.0, last));
+            let passing = if needs_clamp {
+                count_passing::<_, true>(self.test, plane, row, old)
             } else {
-                count_passing::<_, true>(self.test, band.plane, row, old)
+                count_passing::<_, false>(self.test, plane, row, old)
             };
             if passing == 0 {
                 at.end = lent;
                 continue;
             }
-            packet.set(len, (band.base(lane), band.step), (x, y), row, band.plane);
+            let weights = (band.base(lane), band.step);
+            if needs_clamp {
+                packet.set::<true>(len, weights, (x, y), row, plane);
+            } else {
+                packet.set::<false>(len, weights, (x, y), row, plane);
+            }
             if passing as usize == len {
                 at.end = lent;
                 return Some((0, len));
@@ -478,8 +483,7 @@ fn count_passing<D: DepthFormat, const CLAMPS: bool>(
 ) -> u32 {
     let mut passing = 0;
     for (&old, &column) in old.iter().zip(&RAMP) {
-        let z = z + plane.step_x() * (dx + column);
-        let z = if CLAMPS { plane.clamp(z) } else { z };
+        let z = plane.moved_within::<CLAMPS>(z, dx + column);
         passing += u32::from(!D::IS_STORED || test.passes(D::from_depth(z), old));
     }
     passing
