@@ -4,7 +4,7 @@
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
-import { mkdirSync, mkdtempSync, readFile, rmSync, writeFileSync } from "node:fs";
+import { chownSync, mkdirSync, mkdtempSync, readFile, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { tmpdir } from "node:os";
 import { extname, join } from "node:path";
@@ -24,12 +24,16 @@ await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
 
 // All that the browser leaves, in one directory: its profile, and what it puts where temporary files go.
 const scratch = mkdtempSync(join(tmpdir(), "halfplane-page-"));
+// Root may not run Chromium with its walls up: then the user `nobody` does.
+const nobody = 65534;
+const user = process.getuid?.() === 0 ? { uid: nobody, gid: nobody } : {};
+if (user.uid) chownSync(scratch, nobody, nobody);
 const discard = () => rmSync(scratch, { recursive: true, force: true, maxRetries: 5, retryDelay: 200 });
 const browser = spawn(process.env.CHROMIUM ?? "chromium", [
-  "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
+  "--headless", "--disable-gpu", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync", `--user-data-dir=${join(scratch, "profile")}`, "--remote-debugging-pipe",
   "--window-size=1000,640",
-], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"], env: { ...process.env, TMPDIR: scratch } });
+], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"], env: { ...process.env, TMPDIR: scratch, HOME: scratch }, ...user });
 browser.once("error", (error) => {
   discard();
   throw error;
