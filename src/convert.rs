@@ -33,8 +33,8 @@ fn unorm_by_float<const BITS: u32>(x: f32) -> u32 {
 /// saturates integers.
 #[inline(always)]
 fn unorm_by_integer<const BITS: u32>(x: f32) -> u32 {
-    // Bits, as integers, are in the order of the floats they stand for. Moved up by 2²², what comes after ∞ wraps around and
-    // becomes less than 0 is: NaN, which is quiet after an addition. (2²² is a constant that an instruction can hold.)
+    // Bits, as integers, are in the order of the floats they stand for. Moved up by 2²², what comes after ∞ wraps around
+    // and becomes less than 0 is: NaN, which is quiet after an addition. (2²² is a constant that an instruction can hold.)
     const QUIET: i32 = 1 << 22;
     let max = (1 << BITS) - 1;
     let bits = (x * max as f32 + ROUNDING).to_bits() as i32;

@@ -38,6 +38,12 @@ pub trait DepthFormat: Copy + PartialOrd {
     fn resolution(depth: f32) -> f32;
 }
 
+/// Whether a fragment at `z` passes; without a depth buffer it does.
+#[inline(always)]
+pub(crate) fn passes<D: DepthFormat>(test: impl DepthTest, z: f32, old: D) -> bool {
+    !D::IS_STORED || test.passes(D::from_depth(z), old)
+}
+
 /// Clamps with two comparisons, which are two instructions; `f32::clamp` also has to keep NaN.
 #[inline(always)]
 pub(crate) fn clamp(x: f32, low: f32, high: f32) -> f32 {

@@ -1,16 +1,16 @@
-//! The fragment half of a draw that writes depth alone: no packets and no closure, and so no need to know which fragments
-//! passed. Each window of eight pixels is tested and written where it lies.
+//! The fragment half of a draw that writes depth alone, where there is SIMD: no packets and no closure, and so no need to
+//! know which fragments passed. Each window of eight pixels is tested and written where it lies.
 
 #![expect(clippy::cast_possible_truncation, reason = "lanes are under 2⁴")]
 #![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
 
-use crate::depth::{DepthFormat, DepthTest};
+use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::packet::copy;
 use crate::plane::DepthPlane;
 use crate::setup::Setup;
 use crate::target::{Framebuffer, Rect};
 use crate::tiny::{Tiny, WINDOW, is_tiny};
-use crate::traverse::{HAS_FLOAT_LANES, LANES, Solver};
+use crate::traverse::{LANES, Solver};
 
 /// What a draw without a closure works with: depth is tested and written where it lies, eight pixels at a time.
 #[derive(Debug)]
@@ -26,13 +26,13 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
     /// Draws a triangle. Gives how many fragments passed.
     #[inline(always)]
     pub(crate) fn draw(&mut self, setup: &Setup, plane: &DepthPlane) -> u64 {
-        if HAS_FLOAT_LANES && is_tiny(setup) {
+        if is_tiny(setup) {
             return self.draw_tiny(&Tiny::new(setup, self.target_area, self.render_area), plane);
         }
         let (area, bounds, solver) = (self.render_area, setup.bounds(), Solver::new(setup));
         let (left, right) = (area.x, area.right());
         let (mut top, bottom) = (area.y.max(bounds.y), area.bottom().min(bounds.bottom()));
-        let (mut passed, mut passed_alone) = ([0; LANES], [0]);
+        let (mut passed, mut passed_alone) = ([0; WINDOW], [0]);
         while top < bottom {
             let rows = solver.solve(top, bottom);
             let mut z = [0.0; LANES];
@@ -41,19 +41,19 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
             }
             for lane in 0..LANES.min((bottom - top) as usize) {
                 let (start, end) = (rows.start[lane].max(left), rows.end[lane].min(right));
-                let (mut x, y, mut has_windows) = (start, top + lane as i32, HAS_FLOAT_LANES);
+                let (mut x, y, mut has_windows) = (start, top + lane as i32, true);
                 while x < end {
                     let z = (z[lane], (x - rows.anchor[lane]) as f32);
                     // A window may reach over the row's end, but not over the framebuffer's border.
-                    if has_windows && x + LANES as i32 <= self.target_area.right() {
-                        let run = self.target.run(x, y, LANES);
+                    if has_windows && x + WINDOW as i32 <= self.target_area.right() {
+                        let run = self.target.run(x, y, WINDOW);
                         let Some(depths) = run.depth.first_chunk_mut() else {
                             // A framebuffer that lends less is drawn as far as it goes.
                             has_windows = false;
                             continue;
                         };
                         test_window(self.test, depths, end - x, plane, z, &mut passed);
-                        x += LANES as i32;
+                        x += WINDOW as i32;
                     } else {
                         let run = self.target.run(x, y, 1);
                         let Some(depth) = run.depth.first_mut() else { break };
@@ -66,9 +66,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
         }
         passed.iter().chain(&passed_alone).map(|&lane| u64::from(lane)).sum()
     }
-}
 
-impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
     /// Draws a tiny triangle. Gives how many fragments passed.
     #[inline(always)]
     fn draw_tiny(&mut self, tiny: &Tiny, plane: &DepthPlane) -> u64 {
@@ -102,24 +100,23 @@ fn test_tiny<D: DepthFormat>(
 ) {
     for half in 0..if tiny.is_narrow { 1 } else { 2 } {
         let (inside, z) = tiny.half(row, half, plane);
-        let mut passes = [0; 4];
+        let mut is_drawn = [0; 4];
         for i in 0..4 {
-            let old = depths[4 * half + i];
-            let passes_test = !D::IS_STORED || test.passes(D::from_depth(z[i]), old);
-            passes[i] = u32::from((inside[i] >= 0.0) & passes_test & (4 * half + i < lent));
+            let is_inside = (inside[i] >= 0.0) & (4 * half + i < lent);
+            is_drawn[i] = u32::from(is_inside & passes(test, z[i], depths[4 * half + i]));
         }
         for i in 0..4 {
-            passed[i] += passes[i];
+            passed[i] += is_drawn[i];
         }
         for i in 0..4 {
-            let is_written = (passes[i] != 0) & test.writes();
+            let is_written = (is_drawn[i] != 0) & test.writes();
             depths[4 * half + i] = if is_written { D::from_depth(z[i]) } else { depths[4 * half + i] };
         }
     }
 }
 
-/// Tests and writes the first `len` of some neighbouring depths, where the triangle's depth is `z` plus `dx` columns' change.
-/// Counts in `passed`, lane by lane.
+/// Tests and writes the first `len` of some neighbouring depths, where the triangle's depth is `z` plus `dx` columns'
+/// change. Counts in `passed`, lane by lane.
 #[inline(always)]
 fn test_window<D: DepthFormat, const N: usize>(
     test: impl DepthTest,

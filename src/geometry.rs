@@ -9,7 +9,7 @@ use crate::fan::{Fan, Piece};
 use crate::fragment::{Identity, reorder};
 use crate::primitive::{Index, Triangle, Triangles};
 use crate::project::{Positions, ProjectedVertex, Projector, ROUNDING, is_invalid};
-use crate::setup::{ORDERS, Setup, sample_bounds, signed_area2};
+use crate::setup::{ORDERS, Setup, overlap, sample_bounds, signed_area2};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::Rect;
 use crate::traverse::HAS_FLOAT_LANES;
@@ -46,7 +46,7 @@ impl Facing {
 }
 
 /// How many triangles are looked at before the first of them is drawn.
-const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 4 };
+const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 1 };
 
 /// With more minute triangles than this in a batch, it is worth to look for those that cover nothing. Others become pieces,
 /// and records, that draw nothing.
@@ -182,7 +182,13 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         }
         self.batch.count = count;
         self.statistics.primitives += count as u64;
-        self.sift(count);
+        if HAS_FLOAT_LANES {
+            self.sift(count);
+        } else {
+            // Integers are as fast, and where floats are emulated much faster.
+            self.batch.verdicts = [verdict::UNDECIDED; BATCH];
+            (self.batch.len, self.batch.next) = (count, 0);
+        }
         count > 0
     }
 
@@ -242,8 +248,8 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         (self.batch.len, self.batch.next) = (len, 0);
     }
 
-    /// Hides triangles that lie between samples, of those whose bounds hold one or two, or two by two. Half of the triangles
-    /// in the size of a pixel do: finding out takes less than setting them up.
+    /// Hides triangles that lie between samples, of those whose bounds hold one or two, or two by two. Half of the
+    /// triangles in the size of a pixel do: finding out takes less than setting them up.
     #[inline(always)]
     fn sift_minute(&mut self) {
         let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
@@ -314,8 +320,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// Whether the bounding box holds a sample of the area.
     #[inline(always)]
     fn may_cover(&self, [a, b, c]: [ProjectedVertex; 3]) -> bool {
-        let ([left, top, right, bottom], area) = (sample_bounds(a, b, c), self.area);
-        (left.max(area[0]) < right.min(area[2])) & (top.max(area[1]) < bottom.min(area[3]))
+        overlap(sample_bounds(a, b, c), self.area)
     }
 
     /// Decides on a triangle by integers, or clips it: then `fan` has what is left.

@@ -15,7 +15,7 @@ use crate::interpolate::Varyings;
 use crate::plane::DepthPlane;
 use crate::primitive::{Index, Triangle, Triangles};
 use crate::project::{Positions, ProjectedVertex, Projector, is_invalid};
-use crate::setup::{Setup, sample_bounds, signed_area2};
+use crate::setup::{ORDERS, Setup, overlap, sample_bounds, signed_area2};
 use crate::state::Statistics;
 use crate::target::Framebuffer;
 use crate::tiny::is_tiny;
@@ -146,17 +146,10 @@ impl Part {
         } else {
             2
         };
-        let (second, third) = match (first, is_counter_clockwise) {
-            (0, false) => (1, 2),
-            (1, false) => (2, 0),
-            (_, false) => (0, 1),
-            (0, true) => (2, 1),
-            (1, true) => (0, 2),
-            (_, true) => (1, 0),
-        };
-        let corner = |i: u8| self.corners.get(usize::from(i)).copied().unwrap_or_default();
-        let corners = [corner(first), corner(second), corner(third)];
-        Setup::of_corners(corners, first + if is_counter_clockwise { 3 } else { 0 })
+        let place = first + if is_counter_clockwise { 3 } else { 0 };
+        let order = ORDERS.get(usize::from(place)).copied().unwrap_or_default();
+        let corners = each(order, |i| self.corners.get(usize::from(i)).copied().unwrap_or_default());
+        Setup::of_corners(corners, place)
     }
 }
 
@@ -258,9 +251,8 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
         R: Into<Option<F::Color>>,
     {
         let &Part { corners: [a, b, c], identity, in_fan, .. } = part;
-        let bounds @ [left, top, right, bottom] = sample_bounds(a, b, c);
-        let area = self.area;
-        if left.max(area[0]) >= right.min(area[2]) || top.max(area[1]) >= bottom.min(area[3]) {
+        let bounds = sample_bounds(a, b, c);
+        if !overlap(bounds, self.area) {
             return;
         }
         let setup = part.setup();
@@ -352,8 +344,8 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
         self.samples_passed += (covered - hidden - discarded) as u64;
     }
 
-    /// Draws a tiny triangle: every sample of its bounds is tested, and fragments start from their own edge functions, as in
-    /// `tiny`. One of four pixels takes 1083 instructions on a Cortex-M4; found row by row, 1196.
+    /// Draws a tiny triangle: every sample of its bounds is tested, and fragments start from their own edge functions, as
+    /// in `tiny`. One of four pixels takes a tenth less on a Cortex-M4 than when its rows are solved.
     #[inline(always)]
     fn draw_tiny<V, R>(
         &mut self,

@@ -9,7 +9,7 @@ use crate::fragment::{Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::plane::DepthPlane;
 use crate::tiny::{Lanes, ROWS, Tiny, WINDOW};
-use crate::traverse::{HAS_FLOAT_LANES, LANES};
+use crate::traverse::HAS_FLOAT_LANES;
 
 /// How many fragments are in flight: enough for SIMD to be worth its overhead, and little enough for the first-level
 /// cache. Where fragments are drawn one by one there is no packet.
@@ -28,8 +28,8 @@ pub(crate) struct Packet<'a, C, D> {
     pub(crate) x: &'a mut [i32; PACKET],
     pub(crate) y: &'a mut [i32; PACKET],
     /// A packet of several rows has its pixels here until all are shaded.
-    pub(crate) colors: &'a mut [C; WINDOWS],
-    pub(crate) depths: &'a mut [D; WINDOWS],
+    pub(crate) colors: &'a mut [C; PACKET],
+    pub(crate) depths: &'a mut [D; PACKET],
     /// A packet of a tiny triangle remembers where in its windows each fragment belongs: eight lanes a row.
     pub(crate) places: &'a mut [i32; PLACES],
 }
@@ -43,16 +43,14 @@ pub(crate) fn place_of(place: i32) -> (i32, i32) {
 /// The most fragments of a tiny triangle.
 pub(crate) const PLACES: usize = WINDOW * ROWS;
 
-/// Pixels in a packet of several rows.
-pub(crate) const WINDOWS: usize = if HAS_FLOAT_LANES { PACKET } else { 1 };
-
 /// Rows up to this width share packets.
 pub(crate) const NARROW: usize = 64;
 
 impl<C, D> Packet<'_, C, D> {
-    /// Adds the chosen ones of eight neighbours to the `filled` fragments of a tiny triangle. Gives how many there are then.
+    /// Adds the chosen ones of the first `N` of a window's pixels to the `filled` fragments of a tiny triangle. Gives how
+    /// many there are then.
     ///
-    /// All eight are written, each over the one before if that is not kept: whether it is, no branch predictor can tell.
+    /// All are written, each over the one before if that is not kept: whether it is, no branch predictor can tell.
     #[inline(always)]
     pub(crate) fn put_lanes<const N: usize>(
         &mut self,
@@ -68,7 +66,7 @@ impl<C, D> Packet<'_, C, D> {
     {
         for lane in 0..N.min(WINDOW) {
             // A triangle covers less than its bounds: there is always one place more.
-            let at = filled & (PLACES - 1) & (WINDOWS - 1);
+            let at = filled & (PLACES - 1) & (PACKET - 1);
             (self.colors[at], self.depths[at]) = (colors[lane], depths[lane]);
             self.places[at] = (row << 3) | lane as i32;
             filled += lanes[lane] as usize;
@@ -121,8 +119,8 @@ impl<C, D> Packet<'_, C, D> {
         dx: i32,
         (x, y): (i32, i32),
     ) {
-        let (first, mut dx) = (dx as f32, [0.0; LANES]);
-        for i in 0..LANES {
+        let (first, mut dx) = (dx as f32, [0.0; WINDOW]);
+        for i in 0..WINDOW {
             dx[i] = first + i as i32 as f32;
         }
         ramp(self.p, at, base.p, step.p, &dx);
@@ -130,8 +128,8 @@ impl<C, D> Packet<'_, C, D> {
         ramp(self.sum, at, base.sum, step.sum, &dx);
         ramp(self.l, at, base.l, step.l, &dx);
         ramp(self.m, at, base.m, step.m, &dx);
-        if let (Some(xs), Some(ys)) = (self.x.get_mut(at..at + LANES), self.y.get_mut(at..at + LANES)) {
-            for i in 0..LANES {
+        if let (Some(xs), Some(ys)) = (self.x.get_mut(at..at + WINDOW), self.y.get_mut(at..at + WINDOW)) {
+            for i in 0..WINDOW {
                 (xs[i], ys[i]) = (x.wrapping_add(i as i32), y);
             }
         }
@@ -194,7 +192,7 @@ pub(crate) fn copy<T: Copy>(to: &mut [T], from: &[T]) -> usize {
 /// Copies eight pixels.
 #[inline(always)]
 pub(crate) fn copy_window<T: Copy>(to: &mut [T], at: usize, from: &[T], start: usize) {
-    if let (Some(to), Some(from)) = (to.get_mut(at..at + LANES), from.get(start..start + LANES)) {
+    if let (Some(to), Some(from)) = (to.get_mut(at..at + WINDOW), from.get(start..start + WINDOW)) {
         to.copy_from_slice(from);
     }
 }
@@ -208,9 +206,9 @@ fn put_four(numbers: &mut [f32], at: usize, four: Vec4) {
 
 /// Sets eight numbers to `first + step · dx`.
 #[inline(always)]
-fn ramp(numbers: &mut [f32], at: usize, first: f32, step: f32, dx: &[f32; LANES]) {
-    if let Some(window) = numbers.get_mut(at..at + LANES) {
-        for i in 0..LANES {
+fn ramp(numbers: &mut [f32], at: usize, first: f32, step: f32, dx: &[f32; WINDOW]) {
+    if let Some(window) = numbers.get_mut(at..at + WINDOW) {
+        for i in 0..WINDOW {
             window[i] = first + step * dx[i];
         }
     }

@@ -51,8 +51,7 @@ impl DepthPlane {
     /// At four samples where the edge functions are these, inside the depth range.
     #[inline(always)]
     pub(crate) fn at(&self, [e0, e1, _]: [Vec4; 3]) -> Vec4 {
-        let z = Vec4::splat(self.z) + e0 * self.more[0] + e1 * self.more[1];
-        z.max(Vec4::splat(self.low)).min(Vec4::splat(self.high))
+        self.clamp_four(Vec4::splat(self.z) + e0 * self.more[0] + e1 * self.more[1])
     }
 
     /// Change by a pixel to the right.
@@ -61,8 +60,8 @@ impl DepthPlane {
         self.step_x
     }
 
-    /// Whether it is inside the depth range `dx` columns right of where it is `z`. Depth is monotonic along a row, roundings
-    /// and all: where both ends are inside, all between them are.
+    /// Whether it is inside the depth range `dx` columns right of where it is `z`. Depth is monotonic along a row,
+    /// roundings and all: where both ends are inside, all between them are.
     #[inline(always)]
     pub(crate) fn contains(&self, z: f32, dx: f32) -> bool {
         self.holds(z + self.step_x * dx)
@@ -84,8 +83,7 @@ impl DepthPlane {
     /// [`moved`](Self::moved) for four.
     #[inline(always)]
     pub(crate) fn moved_four(&self, z: f32, dx: Vec4) -> Vec4 {
-        let z = Vec4::splat(z) + dx * self.step_x;
-        z.max(Vec4::splat(self.low)).min(Vec4::splat(self.high))
+        self.clamp_four(Vec4::splat(z) + dx * self.step_x)
     }
 
     /// Inside the depth range.
@@ -95,6 +93,14 @@ impl DepthPlane {
         if !HAS_FLOAT_LANES && self.holds(z) { z } else { clamp(z, self.low, self.high) }
     }
 
+    /// [`clamp`](Self::clamp) for four.
+    #[inline(always)]
+    fn clamp_four(&self, z: Vec4) -> Vec4 {
+        z.max(Vec4::splat(self.low)).min(Vec4::splat(self.high))
+    }
+
+    /// Whether it is inside the depth range, whose limits are in order and neither is −0: see `Viewport::depth_limits`.
+    ///
     /// Bits of floats from 0 on, as integers, are in the order of the floats; those of −0, of negative ones and of NaN come
     /// after.
     #[inline(always)]

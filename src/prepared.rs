@@ -26,7 +26,7 @@ use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, ProjectedVertex, Projector};
 use crate::rasterizer::{DrawError, Drawable, Rasterizer, Source};
-use crate::setup::{Setup, sample_bounds};
+use crate::setup::{Setup, overlap, sample_bounds};
 use crate::state::Statistics;
 use crate::target::{Framebuffer, Rect};
 use crate::triple::each;
@@ -278,9 +278,6 @@ impl<'r, V: Varyings + 'r, R: Iterator<Item = &'r Record<V>>> Source<V> for Reco
     #[inline(always)]
     fn next(&mut self) -> Option<Drawable<V>> {
         let area = self.area;
-        let is_visible = |[left, top, right, bottom]: [i32; 4]| {
-            (left.max(area[0]) < right.min(area[2])) & (top.max(area[1]) < bottom.min(area[3]))
-        };
         loop {
             if let Some((fan, values)) = &mut self.fan {
                 let Some(piece) = fan.next(&self.projector) else {
@@ -288,7 +285,7 @@ impl<'r, V: Varyings + 'r, R: Iterator<Item = &'r Record<V>>> Source<V> for Reco
                     continue;
                 };
                 let [a, b, c] = piece.setup.corners();
-                if is_visible(sample_bounds(a, b, c)) {
+                if overlap(sample_bounds(a, b, c), area) {
                     let history = fan.history(piece.in_fan);
                     return Some(Drawable::of_fan(piece.setup, *values, piece.identity, history));
                 }
@@ -296,7 +293,7 @@ impl<'r, V: Varyings + 'r, R: Iterator<Item = &'r Record<V>>> Source<V> for Reco
             }
             let record = self.records.next()?;
             match record.bounds() {
-                Some(bounds) if is_visible(bounds) => {
+                Some(bounds) if overlap(bounds, area) => {
                     let (setup, varyings, identity) = (record.setup()?, record.varyings, record.identity());
                     return Some(Drawable { setup, varyings, identity, pedigree: None });
                 }

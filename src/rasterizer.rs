@@ -13,7 +13,7 @@ use crate::fragment::{Fragment, Identity, Pedigree, Shading, reorder};
 use crate::geometry::{Facing, Geometry};
 use crate::interpolate::Varyings;
 use crate::one_by_one::{OneByOne, Vertices};
-use crate::packet::{PACKET, PLACES, Packet, WINDOWS};
+use crate::packet::{PACKET, PLACES, Packet};
 use crate::plane::DepthPlane;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
@@ -495,7 +495,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let (mut p, mut q, mut sum, mut l, mut m) =
             ([0.0; PACKET], [0.0; PACKET], [0.0; PACKET], [0.0; PACKET], [0.0; PACKET]);
         let (mut z, mut x, mut y) = ([0.0; PACKET], [0; PACKET], [0; PACKET]);
-        let (mut colors, mut depths) = ([color; WINDOWS], [F::Depth::from_depth(0.0); WINDOWS]);
+        let (mut colors, mut depths) = ([color; PACKET], [F::Depth::from_depth(0.0); PACKET]);
         let mut packet = Packet {
             p: &mut p,
             q: &mut q,

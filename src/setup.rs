@@ -79,6 +79,12 @@ pub(crate) fn sample_bounds(a: ProjectedVertex, b: ProjectedVertex, c: Projected
     [min(a.x(), b.x(), c.x()), min(a.y(), b.y(), c.y()), max(a.x(), b.x(), c.x()), max(a.y(), b.y(), c.y())]
 }
 
+/// Whether two rectangles, given by their left, top, right and bottom borders, have a pixel in common.
+#[inline(always)]
+pub(crate) fn overlap(a: [i32; 4], b: [i32; 4]) -> bool {
+    (a[0].max(b[0]) < a[2].min(b[2])) & (a[1].max(b[1]) < a[3].min(b[3]))
+}
+
 impl Setup {
     /// Sets up a triangle. `None` when it has no area on the subpixel grid, or when a vertex has to be clipped first.
     #[must_use]

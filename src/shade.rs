@@ -20,7 +20,7 @@ use core::ops::Range;
 
 use glam::Vec4;
 
-use crate::depth::{DepthFormat, DepthTest};
+use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::packet::{NARROW, PACKET, Packet, RAMP, copy, copy_window, place_of};
@@ -40,6 +40,13 @@ pub(crate) struct Shader<'a, F, T, S> {
     pub(crate) render_area: Rect,
     pub(crate) test: T,
     pub(crate) shade: S,
+}
+
+/// What is left of a triangle to be shaded: all of a tiny one, which is in the packet already, or row after row.
+#[expect(clippy::large_enum_variant, reason = "it never moves")]
+enum Work<'a, V> {
+    Tiny(Tiny, usize),
+    Rows(Solver, Band<'a, V>, Progress),
 }
 
 /// Some rows of a triangle, ready to be shaded.
@@ -73,7 +80,7 @@ impl<'a, V: Varyings> Band<'a, V> {
             y: bounds.y.max(area.y),
             count: 0,
             bottom: bounds.bottom().min(area.bottom()),
-            is_narrow: bounds.width <= LANES as u32,
+            is_narrow: bounds.width <= WINDOW as u32,
         }
     }
 
@@ -124,30 +131,28 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let tiny =
-            if is_tiny(setup) { Some(Tiny::new(setup, self.target_area, self.render_area)) } else { None };
-        let (mut listed, mut large) = (0, None);
-        if let Some(tiny) = &tiny {
-            listed = self.fill_tiny(tiny, shading, plane, packet);
-            if listed == 0 {
+        let mut work = if is_tiny(setup) {
+            let tiny = Tiny::new(setup, self.target_area, self.render_area);
+            let len = self.fill_tiny(&tiny, shading, plane, packet);
+            if len == 0 {
                 return;
             }
+            Work::Tiny(tiny, len)
         } else {
-            large = Some((Solver::new(setup), Band::new(setup, shading, plane, self.render_area)));
-        }
-        let mut at = Progress::default();
+            let band = Band::new(setup, shading, plane, self.render_area);
+            Work::Rows(Solver::new(setup), band, Progress::default())
+        };
         loop {
-            // What to shade: fragments `begin .. end` of the packet; and where it goes, into the framebuffer or into the
-            // packet's own pixels.
-            let (begin, end) = match &mut large {
-                None => (0, listed),
-                Some((solver, band)) => match self.next_fragments(band, &mut at, packet) {
+            // What to shade: fragments `begin .. end` of the packet.
+            let (begin, end) = match &mut work {
+                Work::Tiny(_, len) => (0, *len),
+                Work::Rows(solver, band, at) => match self.next_fragments(band, at, packet) {
                     Some(range) => range,
                     None => {
                         if !band.solve(solver, self.render_area) {
                             return;
                         }
-                        at = Progress::default();
+                        *at = Progress::default();
                         if !band.is_narrow {
                             self.touch(band);
                         }
@@ -156,8 +161,9 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                 },
             };
             let len = end - begin;
-            let (colors, depths) = match &large {
-                Some((_, band)) if at.gathered.is_empty() => {
+            // And where it goes: into the framebuffer, or into the packet's own pixels.
+            let (colors, depths) = match &work {
+                Work::Rows(_, band, at) if at.gathered.is_empty() => {
                     let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, len);
                     (run.color, run.depth)
                 }
@@ -191,11 +197,9 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             statistics.fragments += len as u64;
             statistics.samples_passed += u64::from(kept);
 
-            if let Some(tiny) = &tiny {
-                return self.write_tiny(tiny, listed, packet);
-            }
-            if let Some((_, band)) = &large {
-                self.write_rows(band, &mut at, packet);
+            match &mut work {
+                Work::Tiny(tiny, len) => return self.write_tiny(tiny, *len, packet),
+                Work::Rows(_, band, at) => self.write_rows(band, at, packet),
             }
         }
     }
@@ -247,8 +251,9 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         }
     }
 
-    /// Reads every sixteenth pixel, of four bytes one in each cache line, of a band's narrow rows, all at once: where the framebuffer is larger than the
-    /// cache, what is not there comes while the rest is asked for, and not a row after the other.
+    /// Reads every sixteenth pixel, of four bytes one in each cache line, of a band's narrow rows, all at once: where the
+    /// framebuffer is larger than the cache, what is not there comes while the rest is asked for, and not a row after the
+    /// other.
     #[inline(always)]
     fn touch<V: Varyings>(&mut self, band: &Band<'_, V>) {
         for lane in 0..band.count {
@@ -356,8 +361,8 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             // instructions a frame with AVX2.
             let gathered = match len {
                 0 => Some(0),
-                1..=LANES => self.gather_row(band, lane, LANES, filled, packet),
-                _ => self.gather_row(band, lane, len.next_multiple_of(LANES), filled, packet),
+                1..=WINDOW => self.gather_row(band, lane, WINDOW, filled, packet),
+                _ => self.gather_row(band, lane, len.next_multiple_of(WINDOW), filled, packet),
             };
             let Some(gathered) = gathered else { break };
             filled += gathered;
@@ -389,8 +394,8 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         let mut passing = [0; 4];
         let mut start = 0;
         while start < room {
-            let z = packet.z.get_mut(filled + start..)?.first_chunk_mut::<LANES>()?;
-            let old = old_depths.get(start..)?.first_chunk::<LANES>()?;
+            let z = packet.z.get_mut(filled + start..)?.first_chunk_mut::<WINDOW>()?;
+            let old = old_depths.get(start..)?.first_chunk::<WINDOW>()?;
             let (left, dx) = (Vec4::splat((len - start as i32) as f32), (dx + start as i32) as f32);
             for half in [0, 4] {
                 let columns = COLUMNS + half as f32;
@@ -398,12 +403,11 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                 let inside = (left - columns).to_array();
                 z[half..half + 4].copy_from_slice(&new);
                 for i in 0..4 {
-                    let (new, old) = (F::Depth::from_depth(new[i]), old[half + i]);
-                    let passes = !F::Depth::IS_STORED || self.test.passes(new, old);
-                    passing[i] += u32::from(passes & (inside[i] > 0.0));
+                    let is_passing = passes(self.test, new[i], old[half + i]);
+                    passing[i] += u32::from(is_passing & (inside[i] > 0.0));
                 }
             }
-            start += LANES;
+            start += WINDOW;
         }
         let passing = passing.iter().sum::<u32>() as i32;
         if passing != len {
@@ -416,7 +420,7 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             copy_window(packet.colors, filled + start, old_colors, start);
             copy_window(packet.depths, filled + start, old_depths, start);
             packet.set_window(filled + start, base, dx + offset, (x + offset, y));
-            start += LANES;
+            start += WINDOW;
         }
         Some(len as usize)
     }
@@ -434,8 +438,8 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             let Some(&end) = at.ends.get(lane) else { return };
             let written = match end - begin {
                 0 => Some(()),
-                1..=LANES => self.write_row(band, lane, LANES, begin, packet),
-                len => self.write_row(band, lane, len.next_multiple_of(LANES), begin, packet),
+                1..=WINDOW => self.write_row(band, lane, WINDOW, begin, packet),
+                len => self.write_row(band, lane, len.next_multiple_of(WINDOW), begin, packet),
             };
             if written.is_none() {
                 return;
@@ -460,14 +464,14 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         let (to_colors, to_depths) = (run.color.get_mut(..room)?, run.depth.get_mut(..room)?);
         let mut start = 0;
         while start < room {
-            let (from, to) = (begin + start..begin + start + LANES, start..start + LANES);
+            let (from, to) = (begin + start..begin + start + WINDOW, start..start + WINDOW);
             write_window(
                 to_colors.get_mut(to.clone())?,
                 packet.colors.get(from.clone())?,
                 len - start as i32,
             );
             write_window(to_depths.get_mut(to)?, packet.depths.get(from)?, len - start as i32);
-            start += LANES;
+            start += WINDOW;
         }
         Some(())
     }
@@ -483,8 +487,7 @@ fn count_passing<D: DepthFormat, const CLAMPS: bool>(
 ) -> u32 {
     let mut passing = 0;
     for (&old, &column) in old.iter().zip(&RAMP) {
-        let z = plane.moved_within::<CLAMPS>(z, dx + column);
-        passing += u32::from(!D::IS_STORED || test.passes(D::from_depth(z), old));
+        passing += u32::from(passes(test, plane.moved_within::<CLAMPS>(z, dx + column), old));
     }
     passing
 }
@@ -494,9 +497,9 @@ fn count_passing<D: DepthFormat, const CLAMPS: bool>(
 /// Selected in a local array: where the choice is between storing and not, the compiler branches, once a pixel.
 #[inline(always)]
 fn write_window<T: Copy>(to: &mut [T], from: &[T], len: i32) {
-    if let (Some(to), Some(from)) = (to.first_chunk_mut::<LANES>(), from.first_chunk::<LANES>()) {
+    if let (Some(to), Some(from)) = (to.first_chunk_mut::<WINDOW>(), from.first_chunk::<WINDOW>()) {
         let (mut pixels, new) = (*to, *from);
-        for i in 0..LANES {
+        for i in 0..WINDOW {
             pixels[i] = if (i as i32) < len { new[i] } else { pixels[i] };
         }
         *to = pixels;

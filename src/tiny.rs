@@ -1,9 +1,9 @@
 //! Triangles of up to 8 × 16 pixels: of a fine mesh, nearly all of them.
 //!
-//! Inside of such a triangle's bounds no edge function exceeds 2²³, width by height in subpixels, and no sum on the way to it
-//! 2²⁴: `f32` holds all of them exactly. So there is nothing to solve and nothing to step from. A row is one window
-//! of eight samples, one in each SIMD lane, and the coverage and depth of each are worked out where it stands. The fragments
-//! that pass, of all rows, are put one after the other into one packet.
+//! Inside of such a triangle's bounds no edge function exceeds 2²³, width by height in subpixels, and no sum on the way to
+//! it 2²⁴: `f32` holds all of them exactly. So there is nothing to solve and nothing to step from. A row is one window of
+//! eight samples, one in each SIMD lane, and the coverage and depth of each are worked out where it stands. The
+//! fragments that pass, of all rows, are put one after the other into one packet.
 //!
 //! Rows are computed in glam's `Vec4`, which is SIMD on every target that has it: out of plain arrays of eight, compilers
 //! made something else for odd lanes.
@@ -12,7 +12,7 @@
 
 use glam::Vec4;
 
-use crate::depth::{DepthFormat, DepthTest};
+use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::Shading;
 use crate::interpolate::Varyings;
 use crate::plane::DepthPlane;
@@ -80,12 +80,9 @@ impl Tiny {
         let least = Vec4::select(is_top_left, Vec4::ZERO, Vec4::ONE).to_array();
         let (a, b, c) = ((a * 256.0).to_array(), (b * 256.0).to_array(), c.to_array());
         let (left, right) = ((area.x - x) as f32, (area.right() - x - 1) as f32);
-        let may_draw = each([0.0, 4.0, 0.0], |first| {
-            let columns = COLUMNS + first;
-            (columns - left).min(Vec4::splat(right) - columns).to_array()
-        });
+        let may_draw = |columns: Vec4| (columns - left).min(Vec4::splat(right) - columns).to_array();
         let is_narrow = bounds.right().min(area.right()) - x <= 4;
-        let (dx, may_draw) = ((x - bounds.x) as f32, [may_draw[0], may_draw[1]]);
+        let (dx, may_draw) = ((x - bounds.x) as f32, [may_draw(COLUMNS), may_draw(COLUMNS + 4.0)]);
         Self { x, y, rows, is_narrow, dx, a, b, c, least, may_draw }
     }
 
@@ -130,8 +127,7 @@ impl Tiny {
             let (inside, z) = self.half(row, half, plane);
             for i in 0..4 {
                 let lane = 4 * half + i;
-                let passes_test = !D::IS_STORED || test.passes(D::from_depth(z[i]), old[lane]);
-                lanes[lane] = u32::from((inside[i] >= 0.0) & passes_test);
+                lanes[lane] = u32::from((inside[i] >= 0.0) & passes(test, z[i], old[lane]));
             }
         }
         lanes

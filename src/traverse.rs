@@ -4,9 +4,9 @@
 //! multiplication and then *decided* by evaluating the edge function, in integers, at the estimate: the spans are exactly
 //! the samples that [`EdgeFunction::covers`] accepts, for any triangle.
 //!
-//! Where there is SIMD, eight rows are solved at a time, one a lane: triangles up to 63 pixels wide and high in `f32`, where
-//! every number below is an integer under 2²⁴ and therefore exact ([`Small`]). Elsewhere those up to 1023 pixels are solved
-//! in `i32` ([`Compact`]). Larger ones are solved row by row in `i64` ([`Large`]). All find the same spans.
+//! Where there is SIMD, eight rows are solved at a time, one a lane: triangles up to 63 pixels wide and high in `f32`,
+//! where every number below is an integer under 2²⁴ and therefore exact ([`Small`]). Elsewhere those up to 1023 pixels are
+//! solved in `i32` ([`Compact`]). Larger ones are solved row by row in `i64` ([`Large`]). All find the same spans.
 
 #![expect(clippy::cast_possible_truncation, reason = "lanes are under 2⁴")]
 #![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]

@@ -34,8 +34,9 @@ impl ClipDepth {
 ///   z_f = min_depth + (max_depth − min_depth) · z_ndc
 /// ```
 ///
-/// Nothing is drawn outside it: a panel of a larger picture needs no scissor. `min_depth` may be the larger one. A negative `height` turns the picture over: with
-/// `y` at the bottom it shows geometry made for Vulkan's clip space, whose y points down, upright.
+/// Nothing is drawn outside it: a panel of a larger picture needs no scissor. `min_depth` may be the larger one. A
+/// negative `height` turns the picture over: with `y` at the bottom it shows geometry made for Vulkan's clip space, whose
+/// y points down, upright.
 ///
 /// # Examples
 /// ```
