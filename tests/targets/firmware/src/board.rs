@@ -42,7 +42,6 @@ fn to_instructions(count: u32) -> u32 {
 }
 
 /// How many instructions `f` takes, and its result.
-#[allow(dead_code, reason = "not every program that includes this file counts")]
 #[inline(never)]
 pub fn instructions<R>(f: impl FnOnce() -> R) -> (u32, R) {
     counter();
@@ -52,7 +51,6 @@ pub fn instructions<R>(f: impl FnOnce() -> R) -> (u32, R) {
 }
 
 /// How many bytes of stack `f` takes, and its result. Paints the free stack, and looks how much paint is left.
-#[allow(dead_code, reason = "not every program that includes this file measures")]
 #[inline(never)]
 pub fn stack<R>(f: impl FnOnce() -> R) -> (usize, R) {
     const PAINT: u32 = 0xc5c5_c5c5;

@@ -1,6 +1,7 @@
 //! The draws whose cost is measured: perspective-correct, depth-tested (`u16`, `Less`), RGB565, one smooth `Vec3`.
 #![no_std]
 
+pub mod board;
 pub mod extras;
 
 use halfplane::glam::{Vec3, Vec4};

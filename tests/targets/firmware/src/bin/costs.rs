@@ -4,14 +4,11 @@
 #![no_std]
 #![no_main]
 
-#[path = "../board.rs"]
-mod board;
-
 use core::hint::black_box;
 
 use halfplane::glam::{Vec3, Vec4};
 use halfplane::{ProjectedVertex, Statistics};
-use halfplane_firmware::{Frame, draw, draw_projected, rasterizer};
+use halfplane_firmware::{Frame, board, draw, draw_projected, rasterizer};
 use semihosting::{println, process};
 
 /// Quads along each axis of the mesh of small triangles. Each is 4 × 2 pixels of the frame, two triangles of 4 pixels.

@@ -2,12 +2,10 @@
 #![no_std]
 #![no_main]
 
-#[path = "../board.rs"]
-mod board;
-
 use core::hint::black_box;
 
 use halfplane::glam::{Vec3, Vec4};
+use halfplane_firmware::board;
 use halfplane_firmware::extras::{ALL, Beside, Memory, beside};
 use semihosting::{println, process};
 

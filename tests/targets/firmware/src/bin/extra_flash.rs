@@ -5,11 +5,7 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-#[cfg(target_arch = "arm")]
-use cortex_m_rt::entry;
-#[cfg(target_arch = "riscv32")]
-use riscv_rt::entry;
-
+use halfplane_firmware::board;
 use halfplane_firmware::extras::{Memory, Mesh, find};
 
 #[panic_handler]
@@ -19,7 +15,7 @@ fn panic(_: &PanicInfo) -> ! {
 
 static mut MEMORY: Memory = Memory::new();
 
-#[entry]
+#[board::entry]
 fn main() -> ! {
     // SAFETY: the only reference, in a function that runs once.
     let memory = black_box(unsafe { &mut *(&raw mut MEMORY) });

@@ -2,9 +2,7 @@
 #![no_std]
 #![no_main]
 
-#[path = "../board.rs"]
-mod board;
-
+use halfplane_firmware::board;
 use halfplane_scene::check;
 use halfplane_scene::scenes::Memory;
 use semihosting::{println, process};

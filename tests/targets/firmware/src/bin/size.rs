@@ -5,13 +5,8 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-#[cfg(target_arch = "arm")]
-use cortex_m_rt::entry;
-#[cfg(target_arch = "riscv32")]
-use riscv_rt::entry;
-
 use halfplane::glam::{Vec3, Vec4};
-use halfplane_firmware::Frame;
+use halfplane_firmware::{Frame, board};
 
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
@@ -20,7 +15,7 @@ fn panic(_: &PanicInfo) -> ! {
 
 static mut FRAME: Frame = Frame::new();
 
-#[entry]
+#[board::entry]
 fn main() -> ! {
     // SAFETY: the only reference, in a function that runs once.
     let frame = black_box(unsafe { &mut *(&raw mut FRAME) });
