@@ -161,21 +161,13 @@ fn touched<V: Copy>(
     if left >= right || top >= bottom {
         return true;
     }
-    let [left, right, top, bottom] = grid.range([left, top, right, bottom]);
-    let index = |column: u32, row: u32| row as usize * grid.columns() as usize + column as usize;
+    let range @ [left, right, top, bottom] = grid.range([left, top, right, bottom]);
     if left == right && top == bottom {
-        return visit(index(left, top));
+        return visit(grid.index_at(left, top));
     }
     let Some(setup) = record.setup() else { return true };
     let edges = setup.edges();
-    for row in top..=bottom {
-        for column in left..=right {
-            if !is_excluded(&edges, grid.tile_at(column, row)) && !visit(index(column, row)) {
-                return false;
-            }
-        }
-    }
-    true
+    touched_of(range, grid, |tile| !is_excluded(&edges, tile), visit)
 }
 
 /// As [`touched`], of a triangle that is clipped into several.
@@ -200,15 +192,24 @@ fn touched_by_pieces<V: Copy>(
         }
     });
     let Some(bounds) = bounds else { return true };
-    let edges = [bounds.x, bounds.y, bounds.right(), bounds.bottom()];
-    let [left, right, top, bottom] = grid.range(edges);
+    let range = grid.range([bounds.x, bounds.y, bounds.right(), bounds.bottom()]);
+    let is_touched = |tile: Rect, piece: &Setup| {
+        !tile.intersection(piece.bounds()).is_empty() && !is_excluded(&piece.edges(), tile)
+    };
+    touched_of(range, grid, |tile| pieces.iter().flatten().any(|piece| is_touched(tile, piece)), visit)
+}
+
+/// As [`touched`], of the tiles in some columns and rows, given which of them are.
+#[inline(always)]
+fn touched_of(
+    [left, right, top, bottom]: [u32; 4],
+    grid: &Grid,
+    is_touched: impl Fn(Rect) -> bool,
+    mut visit: impl FnMut(usize) -> bool,
+) -> bool {
     for row in top..=bottom {
         for column in left..=right {
-            let tile = grid.tile_at(column, row);
-            let is_touched = pieces.iter().flatten().any(|piece| {
-                !tile.intersection(piece.bounds()).is_empty() && !is_excluded(&piece.edges(), tile)
-            });
-            if is_touched && !visit(row as usize * grid.columns() as usize + column as usize) {
+            if is_touched(grid.tile_at(column, row)) && !visit(grid.index_at(column, row)) {
                 return false;
             }
         }

@@ -147,6 +147,12 @@ impl Grid {
         }
     }
 
+    /// The index of the tile in this column and row.
+    #[inline(always)]
+    pub(crate) fn index_at(&self, column: u32, row: u32) -> usize {
+        row as usize * self.columns as usize + column as usize
+    }
+
     /// The first and last column and the first and last row of tiles that share pixels with a rectangle, given by its
     /// edges: left, top, right, bottom. It lies in [`area`](Self::area) and is not empty.
     #[inline(always)]
