@@ -29,19 +29,7 @@ struct Scene {
 
 impl Scene {
     fn new(random: &mut Random) -> Self {
-        let (mut positions, mut values) = (Vec::new(), Vec::new());
-        for _ in 0..random.between(1, 8) {
-            let middle = [random.range(-4.0, 52.0), random.range(-4.0, 44.0)];
-            let reach = random.choose(&[2.0, 10.0, 40.0, 200.0, 30_000.0]);
-            let grid = random.choose(&[2.0, 256.0, 1e4]);
-            for _ in 0..3 {
-                let [x, y] = middle.map(|c| ((c + random.range(-reach, reach)) * grid).round() / grid);
-                let depth = random.range(-0.1, 1.1);
-                let w = random.choose(&[0.3, 1.0, 1.0, 2.0, 5.7, 100.0, -0.5]);
-                positions.push(FRAME.place(x, y, depth, w));
-                values.push(mixed(random.range(-9.0, 9.0), random.unit(), random.choose(&[1, 2, 3])));
-            }
-        }
+        let (positions, values) = FRAME.triangles(random);
         let last = i32::try_from(positions.len()).expect("few") - 1;
         let indices = (0..random.between(3, 24))
             .map(
@@ -252,10 +240,7 @@ proptest! {
         let (scene, grid) = (Scene::new(random), grid(random));
         let rasterizer = Rasterizer::<Mixed>::new(FRAME.viewport());
         let (positions, values) = (&scene.positions[..], &scene.values[..]);
-        let mut records = vec![BLANK; 100];
-        let mut preparation =
-            rasterizer.prepare(grid.area(), scene.primitives(), positions, values).expect("legal input");
-        let batch = preparation.fill(&mut records).expect("there is room").unwrap_or_default();
+        let batch = &prepared(grid.area(), scene.primitives(), positions, values)[..];
         let mut memory = vec![0; Grid::bin_memory(grid.len(), grid.len() * (batch.len() + 1))];
         let bins = rasterizer.bin(&grid, batch, &mut memory).expect("enough");
         prop_assert!(bins.rest().is_empty() && bins.len() == batch.len(), "all fit");
@@ -313,6 +298,21 @@ fn two_triangles() -> (Vec<Vec4>, Vec<Mixed>) {
     (positions.map(|p| FRAME.at(p)).to_vec(), vec![mixed(0.0, 1.0, 2); 6])
 }
 
+/// The records of a whole scene.
+fn prepared(
+    area: Rect,
+    primitives: Primitives<'_>,
+    positions: &[Vec4],
+    values: &[Mixed],
+) -> Vec<Record<Mixed>> {
+    let rasterizer = Rasterizer::<Mixed>::new(FRAME.viewport());
+    let mut preparation = rasterizer.prepare(area, primitives, positions, values).expect("legal input");
+    let mut records = vec![BLANK; 100];
+    let len = preparation.fill(&mut records).expect("there is room").map_or(0, <[_]>::len);
+    records.truncate(len);
+    records
+}
+
 #[test]
 fn no_room_for_records_is_an_error() {
     let (positions, values) = two_triangles();
@@ -355,10 +355,7 @@ fn preparing_fails_as_drawing_does() {
 fn bins_that_overflow_say_what_is_left() {
     let (positions, values) = two_triangles();
     let rasterizer = Rasterizer::<Mixed>::new(FRAME.viewport());
-    let mut records = [BLANK; 2];
-    let mut preparation =
-        rasterizer.prepare(FRAME.area(), Primitives::list(), &positions[..], &values[..]).expect("legal");
-    let batch = preparation.fill(&mut records).expect("room").expect("two");
+    let batch = &prepared(FRAME.area(), Primitives::list(), &positions, &values)[..];
     let grid = Grid::new(FRAME.area(), 16, 16).expect("legal");
     // 3 · 3 tiles, of which each triangle touches up to 7: too little for both, enough for one.
     let mut memory = [u32::MAX; Grid::bin_memory(9, 9)];
@@ -378,10 +375,9 @@ fn bins_that_overflow_say_what_is_left() {
     let diagonal = [FRAME.at([0.0, 0.0]), FRAME.at([0.0, 0.5]), FRAME.at([48.0, 40.0])];
     let fine = Grid::new(FRAME.area(), 1, 1).expect("legal");
     let mut memory = vec![0; Grid::bin_memory(fine.len(), 9999)];
-    let mut preparation =
-        rasterizer.prepare(FRAME.area(), Primitives::list(), &diagonal, &values[..]).expect("legal");
-    let batch = preparation.fill(&mut records).expect("room").expect("one");
-    let bins = rasterizer.bin(&fine, batch, &mut memory).expect("enough");
+    let sliver = prepared(FRAME.area(), Primitives::list(), &diagonal, &values[..3]);
+    let bins = rasterizer.bin(&fine, &sliver, &mut memory).expect("enough");
+    assert!(bins.rest().is_empty() && bins.len() == 1, "it fits");
     assert!((10..100).contains(&bins.entries()), "{} of {} tiles", bins.entries(), fine.len());
 }
 
@@ -389,10 +385,8 @@ fn bins_that_overflow_say_what_is_left() {
 fn tiles_outside_of_the_frame_stay_empty_and_overlapping_ones_agree() {
     let (positions, values) = two_triangles();
     let rasterizer = Rasterizer::<Mixed>::new(FRAME.viewport());
-    let mut records = [BLANK; 2];
-    let mut preparation =
-        rasterizer.prepare(FRAME.area(), Primitives::list(), &positions[..], &values[..]).expect("legal");
-    let batch = preparation.fill(&mut records).expect("room").expect("two");
+    let batch = &prepared(FRAME.area(), Primitives::list(), &positions, &values)[..];
+    assert_eq!(batch.len(), 2, "both are seen");
     for (x, y, width, height, expected) in [
         (0, 0, 48, 40, 48 * 40),
         (-30, -30, 29, 29, 0),

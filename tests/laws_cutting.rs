@@ -13,24 +13,8 @@ use proptest::prelude::*;
 
 const FRAME: Frame = Frame::new(48, 40);
 
-/// Triangles of all sizes, some of them clipped: random corners around the frame, small offsets between them or large
-/// ones, any w, some behind the eye.
 fn scene(seed: u64) -> (Vec<Vec4>, Vec<Mixed>) {
-    let random = &mut Random::new(seed);
-    let (mut positions, mut values) = (Vec::new(), Vec::new());
-    for _ in 0..random.between(1, 8) {
-        let middle = [random.range(-4.0, 52.0), random.range(-4.0, 44.0)];
-        let reach = random.choose(&[2.0, 10.0, 40.0, 200.0, 30_000.0]);
-        let grid = random.choose(&[2.0, 256.0, 1e4]);
-        for _ in 0..3 {
-            let [x, y] = middle.map(|c| ((c + random.range(-reach, reach)) * grid).round() / grid);
-            let depth = random.range(-0.1, 1.1);
-            let w = random.choose(&[0.3, 1.0, 1.0, 2.0, 5.7, 100.0, -0.5]);
-            positions.push(FRAME.place(x, y, depth, w));
-            values.push(mixed(random.range(-9.0, 9.0), random.unit(), random.choose(&[1, 2, 3])));
-        }
-    }
-    (positions, values)
+    FRAME.triangles(&mut Random::new(seed))
 }
 
 /// The records of a scene by triangle, then by place.

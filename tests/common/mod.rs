@@ -50,6 +50,25 @@ impl Frame {
         self.place(x, y, 0.5, 1.0)
     }
 
+    /// Triangles of all sizes, some of them clipped: random corners around the frame, small offsets between them or large
+    /// ones, any w, some behind the eye.
+    pub(crate) fn triangles(self, random: &mut Random) -> (Vec<Vec4>, Vec<Mixed>) {
+        let (mut positions, mut values) = (Vec::new(), Vec::new());
+        for _ in 0..random.between(1, 8) {
+            let middle = [self.width, self.height].map(|size| random.range(-4.0, size as f32 + 4.0));
+            let reach = random.choose(&[2.0, 10.0, 40.0, 200.0, 30_000.0]);
+            let grid = random.choose(&[2.0, 256.0, 1e4]);
+            for _ in 0..3 {
+                let [x, y] = middle.map(|c| ((c + random.range(-reach, reach)) * grid).round() / grid);
+                let depth = random.range(-0.1, 1.1);
+                let w = random.choose(&[0.3, 1.0, 1.0, 2.0, 5.7, 100.0, -0.5]);
+                positions.push(self.place(x, y, depth, w));
+                values.push(mixed(random.range(-9.0, 9.0), random.unit(), random.choose(&[1, 2, 3])));
+            }
+        }
+        (positions, values)
+    }
+
     /// How often each pixel is drawn by a list of triangles.
     pub(crate) fn counts(self, positions: &[Vec4]) -> Vec<u8> {
         self.counts_of(&Rasterizer::<()>::new(self.viewport()), Primitives::list(), positions)
