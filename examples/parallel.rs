@@ -7,8 +7,8 @@ mod support;
 
 use core::error::Error;
 use halfplane::{Bins, Grid, Primitives, Projected, ProjectedVertex, Record, Rect};
-use std::{sync::Mutex, thread, time::Instant};
-use support::{image, scene};
+use std::{sync::Mutex, thread};
+use support::{cuts, image, scene};
 
 const WIDTH: u32 = 1280;
 const HEIGHT: u32 = 960;
@@ -19,20 +19,8 @@ const CHUNK: usize = 2048;
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = scene::Scene::teapot(48, WIDTH as f32 / HEIGHT as f32);
     println!("{} triangles", scene.indices.len() / 3);
-    let first = draw(&scene, 1, (WIDTH, HEIGHT))?;
-    for threads in [1, 2, 3, 7, 16] {
-        for tile in [(8, 8), (64, 32), (127, 61), (256, 256), (WIDTH, 16), (WIDTH, HEIGHT)] {
-            let start = Instant::now();
-            let pixels = draw(&scene, threads, tile)?;
-            let (time, hash) = (start.elapsed().as_secs_f64() * 1e3, scene::hash(&pixels));
-            println!(
-                "{threads:2} threads, tiles of {:4} × {:3}: {time:6.1} ms, hash {hash:016x}",
-                tile.0, tile.1
-            );
-            assert!(pixels == first, "the picture does not depend on how the frame is cut");
-        }
-    }
-    image::write_png(&image::output_path("parallel"), WIDTH, HEIGHT, &first)?;
+    let picture = cuts::compare((WIDTH, HEIGHT), |threads, tile| draw(&scene, threads, tile))?;
+    image::write_png(&image::output_path("parallel"), WIDTH, HEIGHT, &picture)?;
     Ok(())
 }
 

@@ -8,8 +8,7 @@ mod support;
 use core::error::Error;
 use halfplane::{Bins, Grid, Primitives, Projected, ProjectedVertex, Record, Rect};
 use rayon::prelude::*;
-use std::time::Instant;
-use support::{image, scene};
+use support::{cuts, image, scene};
 
 const WIDTH: u32 = 1280;
 const HEIGHT: u32 = 960;
@@ -20,24 +19,15 @@ const HEIGHT: u32 = 960;
 /// parts, and a thread that has finished its own finds nothing to take from one that was late.
 const CHUNK: usize = 2048;
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     let scene = scene::Scene::teapot(48, WIDTH as f32 / HEIGHT as f32);
     println!("{} triangles", scene.indices.len() / 3);
-    let first = draw(&scene, (WIDTH, HEIGHT)).map_err(|error| error.to_string())?;
-    for threads in [1, 2, 3, 7, 16] {
+    // A program has one pool, not one a frame. But `parallel` starts its threads for each frame, too.
+    let picture = cuts::compare((WIDTH, HEIGHT), |threads, tile| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        for tile in [(8, 8), (64, 32), (127, 61), (256, 256), (WIDTH, 16), (WIDTH, HEIGHT)] {
-            let start = Instant::now();
-            let pixels = pool.install(|| draw(&scene, tile)).map_err(|error| error.to_string())?;
-            let (time, hash) = (start.elapsed().as_secs_f64() * 1e3, scene::hash(&pixels));
-            println!(
-                "{threads:2} threads, tiles of {:4} × {:3}: {time:6.1} ms, hash {hash:016x}",
-                tile.0, tile.1
-            );
-            assert!(pixels == first, "the picture does not depend on how the frame is cut");
-        }
-    }
-    image::write_png(&image::output_path("parallel_rayon"), WIDTH, HEIGHT, &first)?;
+        pool.install(|| draw(&scene, tile))
+    })?;
+    image::write_png(&image::output_path("parallel_rayon"), WIDTH, HEIGHT, &picture)?;
     Ok(())
 }
 

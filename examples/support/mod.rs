@@ -8,6 +8,7 @@
 )]
 
 pub mod camera;
+pub mod cuts;
 pub mod image;
 pub mod mesh;
 pub mod scene;
