@@ -443,6 +443,7 @@ mod tests {
     extern crate std;
     use super::*;
     use crate::clip::DepthClip;
+    use crate::depth::{CompareOp, DepthState};
     use crate::primitive::Primitives;
     use crate::rasterizer::Rasterizer;
     use crate::state::CullMode;
@@ -462,6 +463,14 @@ mod tests {
             (random >> 8) as f32 / 16_777_216.0
         };
         let mut positions = Vec::new();
+        // Slivers along rows of samples, through the near plane: of some, a piece is turned over.
+        for _ in 0..count {
+            let row = ((next() * SIZE as f32).floor() + 0.5) * 2.0 / SIZE as f32 - 1.0;
+            for _ in 0..3 {
+                let (x, y) = (next() * 2.2 - 1.1, row + (next() - 0.5) / 4096.0);
+                positions.push(Vec4::new(x, y, next() * 2.0 - 1.0, 1.0) * (0.5 + next()));
+            }
+        }
         for i in 0..count {
             let size = [0.05, 0.3, 2.0, 400.0][i % 4];
             let (x, y, z) = (next() * 2.2 - 1.1, next() * 2.2 - 1.1, next() * 1.4 - 0.2);
@@ -495,11 +504,17 @@ mod tests {
         let positions = triangles(600);
         let values: Vec<[f32; 2]> = positions.iter().map(|p| [p.x, p.z - p.y]).collect();
         let viewport = Viewport::of_size(SIZE, SIZE).and_then(|whole| whole.with_depth_range(-0.0, 1.0));
-        let mut rasterizer = Rasterizer::<[f32; 2]>::new(viewport.expect("valid"));
+        let less = DepthState { compare: CompareOp::Less, write: true };
+        let mut rasterizer = Rasterizer::<[f32; 2]>::new(viewport.expect("valid")).with_depth_test(less);
         rasterizer.scissor = Some(Rect { x: 3, y: 2, width: 90, height: 89 });
         for depth_clip in [DepthClip::Clip, DepthClip::Clamp] {
-            for cull_mode in [CullMode::None, CullMode::Back] {
+            for (cull_mode, compare) in [
+                (CullMode::None, CompareOp::Less),
+                (CullMode::Back, CompareOp::Less),
+                (CullMode::None, CompareOp::Always),
+            ] {
                 (rasterizer.depth_clip, rasterizer.cull_mode) = (depth_clip, cull_mode);
+                rasterizer.depth_test.compare = compare;
                 rasterizer.depth_bias = DepthBias { constant: 2.0, slope: 0.5, clamp: 0.0 };
                 let mut frames = [std::vec![[0; 12]; PIXELS], std::vec![[0; 12]; PIXELS]];
                 let mut depths = [std::vec![1.0f32; PIXELS], std::vec![1.0f32; PIXELS]];
@@ -516,8 +531,11 @@ mod tests {
                 assert_eq!(packets, alone, "statistics");
                 assert!(packets.clipped > 40 && packets.samples_passed > 5000, "{packets:?}");
                 let bits = |depths: &[f32]| depths.iter().map(|depth| depth.to_bits()).collect::<Vec<_>>();
-                assert!(bits(&depths[0]) == bits(&depths[1]), "depths, {depth_clip:?} {cull_mode:?}");
-                assert!(frames[0] == frames[1], "fragments, {depth_clip:?} {cull_mode:?}");
+                assert!(
+                    bits(&depths[0]) == bits(&depths[1]),
+                    "depths, {depth_clip:?} {cull_mode:?} {compare:?}"
+                );
+                assert!(frames[0] == frames[1], "fragments, {depth_clip:?} {cull_mode:?} {compare:?}");
             }
         }
     }

@@ -498,6 +498,27 @@ fn vertices_on_the_borders_leave_no_holes() {
     }
 }
 
+/// A sliver along a row or a column of samples, up to 1/32 pixel high.
+fn sliver(random: &mut Random) -> [[f32; 2]; 3] {
+    let height = random.choose(&[0.002f32, 0.004, 0.008, 0.016]);
+    let (middle, is_upright) = (random.between(0, 47) as f32 + 0.5, random.choose(&[true, false]));
+    [(); 3].map(|()| {
+        let (along, across) = (random.range(-12.0, 60.0), middle + random.range(-height, height));
+        if is_upright { [across, along] } else { [along, across] }
+    })
+}
+
+/// What is left of a sliver is bent when its corners are rounded: a piece of it may be turned over, and lie upon another.
+#[test]
+fn slivers_through_the_near_plane_draw_no_sample_twice() {
+    let random = &mut Random::new(6);
+    for _ in 0..effort(1500) {
+        let triangle = sliver(random)
+            .map(|[x, y]| FRAME.place(x, y, random.range(-1.0, 1.0), random.choose(&[0.3, 1.0, 1.0, 5.0])));
+        FRAME.assert_all(&FRAME.counts(&triangle), &format!("{triangle:?}"), |_, _, count| count < 2);
+    }
+}
+
 /// Values without perspective, of a cut triangle are linear on the screen, and those of the whole one where it is all in front.
 #[test]
 fn no_perspective_values_of_a_cut_triangle_are_linear() {
