@@ -184,6 +184,14 @@ fn reverse(mut corners: &mut [Corner]) {
     }
 }
 
+/// Puts the first corner behind the last.
+pub(crate) fn turn(corners: &mut [Corner]) {
+    reverse(corners);
+    if let [rest @ .., _] = corners {
+        reverse(rest);
+    }
+}
+
 /// The larger of |x| and |y|.
 fn size([x, y, _, _]: [f32; 4]) -> f32 {
     let (x, y) = (x.abs(), y.abs());

@@ -5,7 +5,7 @@
 
 use glam::Vec4;
 
-use crate::clip::{Corner, Room, room_of};
+use crate::clip::{Corner, Room, room_of, turn};
 use crate::fragment::{Identity, Pedigree};
 use crate::interpolate::{Varyings, Weights};
 use crate::project::{ProjectedVertex, Projector};
@@ -43,19 +43,34 @@ pub(crate) fn project_piece(
     Some(signed_area2(a, b, c))
 }
 
-/// Twice the signed area of a polygon on the subpixel grid. What it leaves in `projected` means nothing.
+/// Turns a polygon until no piece of its fan is turned over. Gives twice its signed area on the subpixel grid. What it
+/// leaves in `projected` means nothing.
+///
+/// Rounding may bend a sliver's polygon. In a fan from a corner next to the one that is bent inwards, a piece is turned
+/// over, and those beside it lie upon one another or reach out of the polygon. Where rounding makes the polygon cross
+/// itself, or bends it twice, there may be no right corner: it stays as it was.
 #[inline(always)]
-pub(crate) fn polygon_area2(
-    polygon: &[Corner],
+pub(crate) fn settle(
+    polygon: &mut [Corner],
     projector: &Projector,
     projected: &mut [ProjectedVertex; 3],
 ) -> i64 {
-    let (mut area2, mut piece) = (0, 1);
-    while let Some(of_piece) = project_piece(polygon, piece, projector, projected) {
-        area2 += of_piece;
-        piece += 1;
+    let mut turns = 0;
+    loop {
+        let (mut area2, mut has_front, mut has_back, mut piece) = (0, false, false, 1);
+        while let Some(of_piece) = project_piece(polygon, piece, projector, projected) {
+            area2 += of_piece;
+            has_front |= of_piece < 0;
+            has_back |= of_piece > 0;
+            piece += 1;
+        }
+        // Nothing is turned over, or it has come round.
+        if !(has_front & has_back) || turns == polygon.len() {
+            return area2;
+        }
+        turns += 1;
+        turn(polygon);
     }
-    area2
 }
 
 /// Where a piece's corners come from.
@@ -128,7 +143,8 @@ impl Fan {
         let identity = Identity { provoking: 0, is_front_facing: false, primitive: 0 };
         let mut fan = Self { vertices, positions, outcodes, corners, len: 3, identity, area2: 0, next: 1 };
         fan.len = projector.volume.clip(&mut fan.corners, outcodes);
-        fan.area2 = polygon_area2(fan.polygon(), projector, &mut [ProjectedVertex::BLANK; 3]);
+        let polygon = fan.corners.get_mut(..fan.len).unwrap_or_default();
+        fan.area2 = settle(polygon, projector, &mut [ProjectedVertex::BLANK; 3]);
         fan
     }
 
@@ -158,7 +174,7 @@ impl Fan {
             let mut corners = [ProjectedVertex::BLANK; 3];
             let area2 = project_piece(self.polygon(), in_fan, projector, &mut corners)?;
             self.next += 1;
-            // Rounding can turn a sliver over. What it would cover belongs to its neighbours.
+            // One that rounding turned over: what it would cover belongs to its neighbours.
             if area2.signum() == self.area2.signum() {
                 let setup = Setup::with_area2(corners, area2);
                 return Some(Piece { setup, vertices: self.vertices, identity: self.identity, in_fan });
@@ -170,5 +186,53 @@ impl Fan {
     pub(crate) fn history(&self, piece: usize) -> Option<History> {
         let weights = each(piece_of(self.polygon(), piece)?, |corner| corner.weights);
         Some(History { weights, w: each(self.positions, |position| position.w) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::clip::DepthClip;
+    use crate::viewport::{ClipDepth, Viewport};
+    use std::vec::Vec;
+
+    #[test]
+    fn the_pieces_of_a_bent_quad_are_the_quad() {
+        let viewport = Viewport::of_size(64, 64).expect("valid");
+        let projector = Projector::new(&viewport, ClipDepth::ZeroToOne, DepthClip::Clip);
+        let mut random = 1u32;
+        let mut next = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 8) as f32 / 16_777_216.0
+        };
+        let mut bent = 0;
+        for _ in 0..20_000 {
+            // Slivers of a few subpixels' height, through the near plane.
+            let slope = next() * 2.0 - 1.0;
+            let triangle = [(); 3].map(|()| {
+                let x = next() * 2.0 - 1.0;
+                let y = x * slope + next() / 2048.0;
+                Vec4::new(x, y, next() * 2.0 - 1.0, 1.0) * (0.5 + next())
+            });
+            let outcodes = each(triangle, |position| projector.volume.outcode(position));
+            let mut fan = Fan::new([0; 3], triangle, outcodes[0] | outcodes[1] | outcodes[2], &projector);
+            let corners: Vec<_> =
+                fan.polygon().iter().map(|corner| projector.project_clipped(&corner.position)).collect();
+            let [a, b, c, d] = corners[..] else { continue };
+            let side = |p, q, r| signed_area2(p, q, r).signum();
+            let meet = |p, q, r, s| side(p, q, r) * side(p, q, s) <= 0 && side(r, s, p) * side(r, s, q) <= 0;
+            if meet(a, b, c, d) || meet(b, c, d, a) {
+                continue;
+            }
+            let turns = [side(a, b, c), side(b, c, d), side(c, d, a), side(d, a, b)];
+            bent += u32::from(turns.iter().any(|&turn| turn != turns[0]));
+            let (mut drawn, whole) = (0, fan.area2().abs());
+            while let Some(piece) = fan.next(&projector) {
+                drawn += piece.setup.area2();
+            }
+            assert_eq!(drawn, whole, "{triangle:?}: {corners:?}");
+        }
+        assert!(bent > 50, "some are bent: {bent}");
     }
 }

@@ -8,7 +8,7 @@
 
 use crate::clip::{Corner, Room};
 use crate::depth::{DepthBias, DepthFormat, DepthTest};
-use crate::fan::{History, piece_of, polygon_area2, project_piece};
+use crate::fan::{History, piece_of, project_piece, settle};
 use crate::fragment::{Fragment, Identity, Shading, reorder};
 use crate::geometry::Facing;
 use crate::interpolate::Varyings;
@@ -90,11 +90,11 @@ impl<P: Positions, A> Vertices<P, A> {
             part.history.w[i] = position.w;
         }
         let len = self.projector.volume.clip(&mut room, outcodes.any);
-        let polygon = room.get(..len).unwrap_or_default();
+        let polygon = room.get_mut(..len).unwrap_or_default();
         if polygon.is_empty() {
             return Fate::Outside;
         }
-        let whole = polygon_area2(polygon, &self.projector, &mut part.corners);
+        let whole = settle(polygon, &self.projector, &mut part.corners);
         if whole == 0 {
             return Fate::Degenerate;
         }

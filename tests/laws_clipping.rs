@@ -519,6 +519,43 @@ fn slivers_through_the_near_plane_draw_no_sample_twice() {
     }
 }
 
+/// Found by a search among slivers: where a polygon of five or six corners was bent, two pieces covered the same samples.
+#[test]
+fn slivers_through_the_guard_band_draw_no_sample_twice() {
+    let frame = Frame::new(64, 64);
+    for triangle in [
+        [
+            [167.400_63, -168.119_43, 0.5, 1.0],
+            [1111.6934, -1112.4122, 0.5, 1.0],
+            [-1734.7281, 1734.0095, 0.5, 1.0],
+        ],
+        [
+            [344.294_13, -172.092_45, 0.5, 1.0],
+            [3082.4785, -1541.1846, 0.5, 1.0],
+            [-1060.1667, 530.1382, 0.5, 1.0],
+        ],
+        [
+            [2911.94, -727.559_27, 0.5, 1.0],
+            [-2939.886, 735.397_16, 0.5, 1.0],
+            [464.830_38, -115.781_69, 0.5, 1.0],
+        ],
+        [
+            [0.066_356_16, -0.020_534_4, -0.003_776_580_6, -0.01],
+            [-12.140_722, 4.218_666, 0.061_428_8, 3.0],
+            [20.572_62, -3.959_393_3, 2.580_33, 3.0],
+        ],
+        [
+            [0.854_249_95, -0.446_626_6, 0.475_287_05, 0.5],
+            [-0.404_295_44, 0.163_026_57, 0.274_491_55, 1.0],
+            [-0.019_584_246, 0.010_182_285, -0.009_230_114, -0.01],
+        ],
+    ] {
+        let counts = frame.counts(&triangle.map(Vec4::from_array));
+        frame.assert_all(&counts, &format!("{triangle:?}"), |_, _, count| count < 2);
+        assert!(counts.contains(&1), "it can be seen: {triangle:?}");
+    }
+}
+
 /// Values without perspective, of a cut triangle are linear on the screen, and those of the whole one where it is all in front.
 #[test]
 fn no_perspective_values_of_a_cut_triangle_are_linear() {
