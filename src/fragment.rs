@@ -46,6 +46,14 @@ pub(crate) struct Pedigree {
     pub(crate) barycentrics: [[f32; 3]; 3],
 }
 
+impl Pedigree {
+    /// Of a triangle that was not clipped.
+    const IDENTITY: Self = {
+        let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        Self { weights: identity, barycentrics: identity }
+    };
+}
+
 /// a p + b q + c r.
 #[inline(always)]
 fn mix([a, b, c]: [f32; 3], [p, q, r]: [[f32; 3]; 3]) -> [f32; 3] {
@@ -139,18 +147,29 @@ impl<'a, V: Varyings> Shading<'a, V> {
     /// Weights over the vertices given to setup, from those over the corners.
     #[inline(always)]
     fn over_vertices(&self, corners: [f32; 3]) -> [f32; 3] {
-        // Each corner's number names its vertex; turn that around.
-        let vertex = |vertex: u8| {
-            let [i, j, _] = self.order;
-            if i == vertex {
-                corners[0]
-            } else if j == vertex {
-                corners[1]
-            } else {
-                corners[2]
-            }
+        // Each corner's number names its vertex; turn that around. By masks, not by branches: they become SIMD.
+        let chosen = |vertex: u8| {
+            let bits = |i: usize| if self.order[i] == vertex { corners[i].to_bits() } else { 0 };
+            f32::from_bits(bits(0) | bits(1) | bits(2))
         };
-        [vertex(0), vertex(1), vertex(2)]
+        [chosen(0), chosen(1), chosen(2)]
+    }
+
+    /// Weights over the caller's vertices, from those over the corners.
+    ///
+    /// Where there is SIMD, those of a triangle that was not clipped are multiplied by 1 and 0, too: a branch in the
+    /// shading loop would keep it from becoming SIMD. Elsewhere they are spared that, but for the sign of a zero.
+    #[inline(always)]
+    fn over_whole(
+        &self,
+        corners: [f32; 3],
+        of: impl FnOnce(&Pedigree) -> &[[f32; 3]; 3],
+    ) -> [f32; 3] {
+        let weights = self.over_vertices(corners);
+        match self.pedigree {
+            None if !HAS_FLOAT_LANES => each(weights, |weight| weight + 0.0),
+            pedigree => mix(weights, *of(pedigree.unwrap_or(&Pedigree::IDENTITY))),
+        }
     }
 
     /// What weights are made of where the edge functions are these; and, of their steps, its step.
@@ -270,11 +289,7 @@ impl<V: Varyings> Fragment<'_, V> {
     #[must_use]
     pub fn weights(&self) -> [f32; 3] {
         let [a, b] = self.perspective();
-        let weights = self.triangle.over_vertices([a, b, 1.0 - a - b]);
-        match self.triangle.pedigree {
-            None => weights,
-            Some(pedigree) => mix(weights, pedigree.weights),
-        }
+        self.triangle.over_whole([a, b, 1.0 - a - b], |pedigree| &pedigree.weights)
     }
 
     /// Barycentrics α', β', γ', linear on the screen, of the triangle's three vertices, in the caller's order.
@@ -285,11 +300,7 @@ impl<V: Varyings> Fragment<'_, V> {
     #[must_use]
     pub fn barycentrics(&self) -> [f32; 3] {
         let [a, b] = self.linear();
-        let barycentrics = self.triangle.over_vertices([a, b, 1.0 - a - b]);
-        match self.triangle.pedigree {
-            None => barycentrics,
-            Some(pedigree) => mix(barycentrics, pedigree.barycentrics),
-        }
+        self.triangle.over_whole([a, b, 1.0 - a - b], |pedigree| &pedigree.barycentrics)
     }
 
     /// The interpolated value.

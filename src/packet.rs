@@ -5,6 +5,7 @@
 
 use glam::Vec4;
 
+use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::plane::DepthPlane;
@@ -136,16 +137,21 @@ impl<C, D> Packet<'_, C, D> {
     }
 
     /// Sets `len` fragments from a pixel on to the neighbours of a row's anchor, where what they are made of is `base` and
-    /// depth is `z_base`. The first is `dx` columns from there.
+    /// depth is `z_base`. The first is `dx` columns from there. Gives how many pass the depth test against `old`.
     #[inline(always)]
     pub(crate) fn set<const CLAMPS: bool>(
         &mut self,
-        len: usize,
         (base, step): (Sample, Sample),
         (x, y): (i32, i32),
         (z_base, dx): (f32, f32),
         plane: &DepthPlane,
-    ) {
+        test: impl DepthTest,
+        old: &[D],
+    ) -> u32
+    where
+        D: DepthFormat,
+    {
+        let len = old.len();
         let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
             self.p.get_mut(..len),
             self.q.get_mut(..len),
@@ -156,15 +162,18 @@ impl<C, D> Packet<'_, C, D> {
             self.x.get_mut(..len),
             self.y.get_mut(..len),
         ) else {
-            return;
+            return 0;
         };
+        let mut passing = 0;
         for i in 0..len.min(PACKET) {
             let dx = dx + RAMP[i];
             let at = base.moved(step, dx);
             (p[i], q[i], sum[i], l[i], m[i]) = (at.p, at.q, at.sum, at.l, at.m);
             z[i] = plane.moved_within::<CLAMPS>(z_base, dx);
+            passing += u32::from(passes(test, z[i], old[i]));
             (xs[i], ys[i]) = (x.wrapping_add(i as i32), y);
         }
+        passing
     }
 }
 

@@ -509,7 +509,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             depths: &mut depths,
             places: &mut [0; PLACES],
         };
-        let mut shader = Shader { target, target_area, render_area, test: self.depth_test, shade };
+        let test = self.depth_test;
+        let mut shader = Shader { target, target_area, render_area, test, shade, expects_all: true };
         while let Some(Drawable { setup, varyings, identity, pedigree }) = source.next() {
             let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
             let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);

@@ -40,6 +40,8 @@ pub(crate) struct Shader<'a, F, T, S> {
     pub(crate) render_area: Rect,
     pub(crate) test: T,
     pub(crate) shade: S,
+    /// Whether all fragments of the last stretch passed: most likely those of the next will.
+    pub(crate) expects_all: bool,
 }
 
 /// What is left of a triangle to be shaded: all of a tiny one, which is in the packet already, or row after row.
@@ -183,11 +185,12 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                 return;
             };
 
+            let triangle = *shading;
             // Shade. Both results are selected, not branched on, so that a discard vectorises too.
             let mut kept = 0u32;
             for i in 0..len {
                 let at = Sample { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
-                let fragment = Fragment { triangle: shading, at, x: xs[i], y: ys[i], depth: z[i] };
+                let fragment = Fragment { triangle: &triangle, at, x: xs[i], y: ys[i], depth: z[i] };
                 let shaded = (self.shade)(fragment, colors[i]).into();
                 let is_kept = shaded.is_some();
                 colors[i] = shaded.unwrap_or(colors[i]);
@@ -320,21 +323,24 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
             let old = run.depth.get(..len)?;
             let (plane, last) = (band.plane, row.1 + len as f32 - 1.0);
             let needs_clamp = !(plane.contains(row.0, row.1) && plane.contains(row.0, last));
-            let passing = if needs_clamp {
-                count_passing::<_, true>(self.test, plane, row, old)
-            } else {
-                count_passing::<_, false>(self.test, plane, row, old)
-            };
-            if passing == 0 {
-                at.end = lent;
-                continue;
+            if !self.expects_all {
+                let passing = if needs_clamp {
+                    count_passing::<_, true>(self.test, plane, row, old)
+                } else {
+                    count_passing::<_, false>(self.test, plane, row, old)
+                };
+                if passing == 0 {
+                    at.end = lent;
+                    continue;
+                }
             }
             let weights = (band.base(lane), band.step);
-            if needs_clamp {
-                packet.set::<true>(len, weights, (x, y), row, plane);
+            let passing = if needs_clamp {
+                packet.set::<true>(weights, (x, y), row, plane, self.test, old)
             } else {
-                packet.set::<false>(len, weights, (x, y), row, plane);
-            }
+                packet.set::<false>(weights, (x, y), row, plane, self.test, old)
+            };
+            self.expects_all = passing as usize == len;
             if passing as usize == len {
                 at.end = lent;
                 return Some((0, len));
