@@ -160,11 +160,7 @@ impl<'a, V: Varyings> Shading<'a, V> {
     /// Where there is SIMD, those of a triangle that was not clipped are multiplied by 1 and 0, too: a branch in the
     /// shading loop would keep it from becoming SIMD. Elsewhere they are spared that, but for the sign of a zero.
     #[inline(always)]
-    fn over_whole(
-        &self,
-        corners: [f32; 3],
-        of: impl FnOnce(&Pedigree) -> &[[f32; 3]; 3],
-    ) -> [f32; 3] {
+    fn over_whole(&self, corners: [f32; 3], of: impl FnOnce(&Pedigree) -> &[[f32; 3]; 3]) -> [f32; 3] {
         let weights = self.over_vertices(corners);
         match self.pedigree {
             None if !HAS_FLOAT_LANES => each(weights, |weight| weight + 0.0),

@@ -9,7 +9,7 @@ use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::plane::DepthPlane;
-use crate::tiny::{Lanes, ROWS, Tiny, WINDOW};
+use crate::tiny::{ROWS, Tiny, WINDOW};
 use crate::traverse::HAS_FLOAT_LANES;
 
 /// How many fragments are in flight: enough for SIMD to be worth its overhead, and little enough for the first-level
@@ -31,46 +31,55 @@ pub(crate) struct Packet<'a, C, D> {
     /// A packet of several rows has its pixels here until all are shaded.
     pub(crate) colors: &'a mut [C; PACKET],
     pub(crate) depths: &'a mut [D; PACKET],
+    /// Which of them were discarded: not 0. All are 0 between packets.
+    pub(crate) discarded: &'a mut [u8; PACKET],
     /// A packet of a tiny triangle remembers where in its windows each fragment belongs: eight lanes a row.
-    pub(crate) places: &'a mut [i32; PLACES],
+    pub(crate) places: &'a mut [u8; PLACES],
 }
 
 /// Column and row of a place in a tiny triangle's windows.
 #[inline(always)]
-pub(crate) fn place_of(place: i32) -> (i32, i32) {
-    (place & (WINDOW as i32 - 1), place >> 3)
+pub(crate) fn place_of(place: u8) -> (i32, i32) {
+    (i32::from(place) & (WINDOW as i32 - 1), i32::from(place) >> 3)
 }
 
-/// The most fragments of a tiny triangle.
-pub(crate) const PLACES: usize = WINDOW * ROWS;
+/// Room for the most fragments of a tiny triangle, of which four are added at a time.
+pub(crate) const PLACES: usize = WINDOW * ROWS + 4;
+
+/// For each choice of four lanes, a bit each: these lanes, one after the other from the lowest byte on, and how many.
+const CHOICES: [(u32, u32); 16] = {
+    let mut choices = [(0, 0); 16];
+    let mut choice = 0;
+    while choice < 16 {
+        let (mut lanes, mut count, mut lane) = (0, 0, 0);
+        while lane < 4 {
+            if choice >> lane & 1 == 1 {
+                lanes |= lane << (8 * count);
+                count += 1;
+            }
+            lane += 1;
+        }
+        choices[choice as usize] = (lanes, count);
+        choice += 1;
+    }
+    choices
+};
 
 /// Rows up to this width share packets.
 pub(crate) const NARROW: usize = 64;
 
 impl<C, D> Packet<'_, C, D> {
-    /// Adds the chosen ones of the first `N` of a window's pixels to the `filled` fragments of a tiny triangle. Gives how
-    /// many there are then.
-    ///
-    /// All are written, each over the one before if that is not kept: whether it is, no branch predictor can tell.
+    /// Adds those lanes of a tiny triangle's row that are chosen, a bit each, to its `filled` fragments. Gives how many
+    /// there are then. Without a branch: which lanes are chosen, no predictor can tell.
     #[inline(always)]
-    pub(crate) fn put_lanes<const N: usize>(
-        &mut self,
-        mut filled: usize,
-        row: i32,
-        lanes: &Lanes,
-        colors: &[C; WINDOW],
-        depths: &[D; WINDOW],
-    ) -> usize
-    where
-        C: Copy,
-        D: Copy,
-    {
-        for lane in 0..N.min(WINDOW) {
-            // A triangle covers less than its bounds: there is always one place more.
-            let at = filled & (PLACES - 1) & (PACKET - 1);
-            (self.colors[at], self.depths[at]) = (colors[lane], depths[lane]);
-            self.places[at] = (row << 3) | lane as i32;
-            filled += lanes[lane] as usize;
+    pub(crate) fn put_places<const N: usize>(&mut self, mut filled: usize, row: u32, chosen: u32) -> usize {
+        for first in (0..N as u32).step_by(4) {
+            let (lanes, count) = CHOICES[(chosen >> first & 15) as usize];
+            let lanes = lanes.wrapping_add((8 * row + first).wrapping_mul(0x0101_0101));
+            if let Some(places) = self.places.get_mut(filled..filled + 4) {
+                places.copy_from_slice(&lanes.to_le_bytes());
+            }
+            filled += count as usize;
         }
         filled
     }
@@ -86,7 +95,7 @@ impl<C, D> Packet<'_, C, D> {
         plane: &DepthPlane,
     ) {
         let mut at = 0;
-        while at < len.min(PLACES) {
+        while at < len.min(WINDOW * ROWS) {
             let (Some(places), Some(x), Some(y)) =
                 (self.places.get(at..at + 4), self.x.get_mut(at..at + 4), self.y.get_mut(at..at + 4))
             else {

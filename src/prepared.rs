@@ -387,7 +387,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         S: FnMut(Fragment<'_, V>) -> R,
         R: Into<Option<F::Color>>,
     {
-        self.draw_prepared_over(target, records, move |fragment, _| shade(fragment))
+        let shade = move |fragment: Fragment<'_, V>, _| shade(fragment);
+        self.draw_prepared_with::<_, _, _, false>(target, records, shade)
     }
 
     /// The fragment half of [`draw_over`](Rasterizer::draw_over): the closure is also lent the colour already there.
@@ -423,8 +424,26 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
+        self.draw_prepared_with::<_, _, _, true>(target, records, shade)
+    }
+
+    /// The fragment half of a draw with a closure that reads the colour already there if it `BLENDS`.
+    #[inline(always)]
+    fn draw_prepared_with<'r, F, S, R, const BLENDS: bool>(
+        &self,
+        target: &mut F,
+        records: impl IntoIterator<Item = &'r Record<V>>,
+        shade: S,
+    ) -> Statistics
+    where
+        V: 'r,
+        F: Framebuffer,
+        S: FnMut(Fragment<'_, V>, F::Color) -> R,
+        R: Into<Option<F::Color>>,
+    {
         let (projector, area) = (self.projector(), self.render_area(target));
         let (records, area) = (records.into_iter(), [area.x, area.y, area.right(), area.bottom()]);
-        self.draw_triangles(target, &mut Records { records, projector, area, fan: None }, shade)
+        let mut source = Records { records, projector, area, fan: None };
+        self.draw_triangles::<_, _, _, BLENDS>(target, &mut source, shade)
     }
 }

@@ -302,7 +302,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         S: FnMut(Fragment<'_, V>) -> R,
         R: Into<Option<F::Color>>,
     {
-        self.draw_over(target, primitives, positions, varyings, move |fragment, _| shade(fragment))
+        let shade = move |fragment: Fragment<'_, V>, _| shade(fragment);
+        self.draw_with::<_, _, _, _, _, _, false>(target, primitives, positions, varyings, shade)
     }
 
     /// Draws triangles with a closure that is also lent the colour already there, for blending.
@@ -339,13 +340,34 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
+        self.draw_with::<_, _, _, _, _, _, true>(target, primitives, positions, varyings, shade)
+    }
+
+    /// Draws triangles with a closure that reads the colour already there if it `BLENDS`.
+    #[inline(always)]
+    fn draw_with<F, I, P, A, S, R, const BLENDS: bool>(
+        &self,
+        target: &mut F,
+        primitives: Primitives<'_, I>,
+        positions: P,
+        varyings: A,
+        shade: S,
+    ) -> Result<Statistics, DrawError>
+    where
+        F: Framebuffer,
+        I: Index,
+        P: Positions,
+        A: Attributes<Value = V>,
+        S: FnMut(Fragment<'_, V>, F::Color) -> R,
+        R: Into<Option<F::Color>>,
+    {
         if !HAS_FLOAT_LANES {
             return self.draw_one_by_one(target, primitives, positions, varyings, shade);
         }
         let area = self.render_area(target);
         let mut direct =
             Direct { geometry: self.geometry(primitives, positions, &varyings, area)?, varyings, fan: None };
-        let mut statistics = self.draw_triangles(target, &mut direct, shade);
+        let mut statistics = self.draw_triangles::<_, _, _, BLENDS>(target, &mut direct, shade);
         statistics += direct.geometry.statistics;
         Ok(statistics)
     }
@@ -460,7 +482,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 
     /// The fragment half of a draw.
     #[inline(always)]
-    pub(crate) fn draw_triangles<F, S, R>(
+    pub(crate) fn draw_triangles<F, S, R, const BLENDS: bool>(
         &self,
         target: &mut F,
         source: &mut impl Source<V>,
@@ -507,10 +529,12 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             y: &mut y,
             colors: &mut colors,
             depths: &mut depths,
+            discarded: &mut [0; PACKET],
             places: &mut [0; PLACES],
         };
         let test = self.depth_test;
-        let mut shader = Shader { target, target_area, render_area, test, shade, expects_all: true };
+        let mut shader =
+            Shader::<_, _, _, BLENDS> { target, target_area, render_area, test, shade, expects_all: true };
         while let Some(Drawable { setup, varyings, identity, pedigree }) = source.next() {
             let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
             let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);

@@ -31,9 +31,9 @@ use crate::target::{Framebuffer, Rect};
 use crate::tiny::{COLUMNS, Tiny, WINDOW, is_tiny};
 use crate::traverse::{LANES, Rows, Solver};
 
-/// What a draw's shading works with.
+/// What a draw's shading works with. The closure reads the colour already there if it `BLENDS`.
 #[derive(Debug)]
-pub(crate) struct Shader<'a, F, T, S> {
+pub(crate) struct Shader<'a, F, T, S, const BLENDS: bool> {
     pub(crate) target: &'a mut F,
     /// What the framebuffer has, and which of it may be drawn to.
     pub(crate) target_area: Rect,
@@ -118,7 +118,7 @@ impl<'a, V: Varyings> Band<'a, V> {
     }
 }
 
-impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
+impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BLENDS> {
     /// Draws a triangle.
     #[inline(always)]
     pub(crate) fn draw<V, R>(
@@ -171,7 +171,11 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                 }
                 _ => (&mut packet.colors[..], &mut packet.depths[..]),
             };
-            let (Some(colors), Some(depths)) = (colors.get_mut(..len), depths.get_mut(..len)) else { return };
+            let (Some(colors), Some(depths), Some(discarded)) =
+                (colors.get_mut(..len), depths.get_mut(..len), packet.discarded.get_mut(..len))
+            else {
+                return;
+            };
             let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
                 packet.p.get(begin..end),
                 packet.q.get(begin..end),
@@ -195,16 +199,53 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
                 let is_kept = shaded.is_some();
                 colors[i] = shaded.unwrap_or(colors[i]);
                 depths[i] = if is_kept & self.test.writes() { F::Depth::from_depth(z[i]) } else { depths[i] };
+                discarded[i] = if is_kept { discarded[i] } else { 1 };
                 kept += u32::from(is_kept);
             }
             statistics.fragments += len as u64;
             statistics.samples_passed += u64::from(kept);
 
+            if (kept as usize) < len {
+                self.restore(&work, packet);
+            }
             match &mut work {
                 Work::Tiny(tiny, len) => return self.write_tiny(tiny, *len, packet),
                 Work::Rows(_, band, at) => self.write_rows(band, at, packet),
             }
         }
+    }
+
+    /// Gives discarded fragments the pixels that are there: they are about to be written with the others.
+    #[inline(always)]
+    fn restore<V: Varyings>(&mut self, work: &Work<'_, V>, packet: &mut Packet<'_, F::Color, F::Depth>) {
+        let Packet { colors, depths, discarded, places, .. } = packet;
+        let mut restore = |at: usize, x: i32, y: i32| {
+            let run = self.target.run(x, y, 1);
+            if let (Some(&color), Some(&depth), Some(1)) =
+                (run.color.first(), run.depth.first(), discarded.get(at))
+            {
+                (colors[at], depths[at]) = (color, depth);
+            }
+        };
+        match work {
+            Work::Tiny(tiny, len) => {
+                for (at, &place) in places.iter().enumerate().take(*len) {
+                    let (dx, dy) = place_of(place);
+                    restore(at, tiny.x + dx, tiny.y + dy);
+                }
+            }
+            Work::Rows(_, band, at) => {
+                let mut begin = 0;
+                for lane in at.gathered.clone() {
+                    let Some(&end) = at.ends.get(lane) else { break };
+                    for (at, x) in (begin..end).zip(band.rows.start[lane]..) {
+                        restore(at, x, band.y + lane as i32);
+                    }
+                    begin = end;
+                }
+            }
+        }
+        discarded.fill(0);
     }
 
     /// Fills a packet with the fragments of a tiny triangle that pass the depth test. Gives how many.
@@ -218,38 +259,54 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
     ) -> usize {
         let room = WINDOW.min((self.target_area.right() - tiny.x) as usize);
         let mut filled = 0;
-        for row in 0..tiny.rows {
+        for (row, number) in (0..tiny.rows).zip(0..) {
             let run = self.target.run(tiny.x, tiny.y + row, room);
-            if let (Some(colors), Some(depths)) = (run.color.first_chunk(), run.depth.first_chunk()) {
+            if let (Some(depths), true) = (run.depth.first_chunk(), run.color.len() >= WINDOW) {
                 filled = if tiny.is_narrow {
-                    let lanes = tiny.lanes::<_, true>(row, plane, self.test, depths);
-                    packet.put_lanes::<4>(filled, row, &lanes, colors, depths)
+                    let chosen = tiny.chosen::<_, 4>(row, plane, self.test, depths);
+                    packet.put_places::<4>(filled, number, chosen)
                 } else {
-                    let lanes = tiny.lanes::<_, false>(row, plane, self.test, depths);
-                    packet.put_lanes::<WINDOW>(filled, row, &lanes, colors, depths)
+                    let chosen = tiny.chosen::<_, WINDOW>(row, plane, self.test, depths);
+                    packet.put_places::<WINDOW>(filled, number, chosen)
                 };
-            } else if let (Some(&color), Some(&depth)) = (run.color.first(), run.depth.first()) {
+            } else if let Some(&depth) = run.depth.first() {
                 // Less than a window, of a narrow framebuffer or a miserly one, is tested in one of our own.
-                let (mut colors, mut depths) = ([color; WINDOW], [depth; WINDOW]);
-                let lent = copy(&mut colors, run.color).min(copy(&mut depths, run.depth));
-                let mut lanes = tiny.lanes::<_, false>(row, plane, self.test, &depths);
-                lanes.iter_mut().skip(lent).for_each(|lane| *lane = 0);
-                filled = packet.put_lanes::<WINDOW>(filled, row, &lanes, &colors, &depths);
+                let mut depths = [depth; WINDOW];
+                let lent = copy(&mut depths, run.depth).min(run.color.len());
+                let chosen = tiny.chosen::<_, WINDOW>(row, plane, self.test, &depths);
+                filled = packet.put_places::<WINDOW>(filled, number, chosen & ((1 << lent) - 1));
             }
         }
         packet.set_tiny(filled, tiny, shading, plane);
+        if BLENDS {
+            self.read_tiny(tiny, filled, packet);
+        }
         filled
+    }
+
+    /// Reads the colours that a tiny triangle is blended with.
+    #[inline(always)]
+    fn read_tiny(&mut self, tiny: &Tiny, len: usize, packet: &mut Packet<'_, F::Color, F::Depth>) {
+        for (&place, to) in packet.places.iter().zip(packet.colors.iter_mut()).take(len) {
+            let (dx, dy) = place_of(place);
+            if let Some(&color) = self.target.run(tiny.x + dx, tiny.y + dy, 1).color.first() {
+                *to = color;
+            }
+        }
     }
 
     /// Writes the pixels of a tiny triangle.
     #[inline(always)]
     fn write_tiny(&mut self, tiny: &Tiny, len: usize, packet: &Packet<'_, F::Color, F::Depth>) {
-        let pixels = packet.places.iter().zip(packet.colors.iter()).zip(packet.depths.iter());
+        let pixels = packet.places.iter().zip(&*packet.colors).zip(&*packet.depths);
         for ((&place, &color), &depth) in pixels.take(len) {
             let (dx, dy) = place_of(place);
             let run = self.target.run(tiny.x + dx, tiny.y + dy, 1);
             if let (Some(to_color), Some(to_depth)) = (run.color.first_mut(), run.depth.first_mut()) {
-                (*to_color, *to_depth) = (color, depth);
+                *to_color = color;
+                if self.test.writes() {
+                    *to_depth = depth;
+                }
             }
         }
     }
@@ -423,8 +480,9 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         let mut start = 0;
         while start < room {
             let offset = start as i32;
-            copy_window(packet.colors, filled + start, old_colors, start);
-            copy_window(packet.depths, filled + start, old_depths, start);
+            if BLENDS {
+                copy_window(packet.colors, filled + start, old_colors, start);
+            }
             packet.set_window(filled + start, base, dx + offset, (x + offset, y));
             start += WINDOW;
         }
@@ -471,12 +529,11 @@ impl<F: Framebuffer, T: DepthTest, S> Shader<'_, F, T, S> {
         let mut start = 0;
         while start < room {
             let (from, to) = (begin + start..begin + start + WINDOW, start..start + WINDOW);
-            write_window(
-                to_colors.get_mut(to.clone())?,
-                packet.colors.get(from.clone())?,
-                len - start as i32,
-            );
-            write_window(to_depths.get_mut(to)?, packet.depths.get(from)?, len - start as i32);
+            let left = len - start as i32;
+            write_window(to_colors.get_mut(to.clone())?, packet.colors.get(from.clone())?, left);
+            if self.test.writes() {
+                write_window(to_depths.get_mut(to)?, packet.depths.get(from)?, left);
+            }
             start += WINDOW;
         }
         Some(())

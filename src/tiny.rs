@@ -56,9 +56,6 @@ pub(crate) struct Tiny {
     may_draw: [[f32; 4]; 2],
 }
 
-/// For each lane of a window, 1 if it is chosen and 0 if not.
-pub(crate) type Lanes = [u32; WINDOW];
-
 impl Tiny {
     /// A tiny triangle's window in a framebuffer that has `target`, of which `area` may be drawn to.
     #[inline(always)]
@@ -113,24 +110,24 @@ impl Tiny {
         (inside.to_array(), plane.at(edges).to_array())
     }
 
-    /// The lanes of a row that are covered and pass the depth test against `old`.
+    /// The lanes of a row that are covered and pass the depth test against `old`, a bit each.
     #[inline(always)]
-    pub(crate) fn lanes<D: DepthFormat, const IS_NARROW: bool>(
+    pub(crate) fn chosen<D: DepthFormat, const N: usize>(
         &self,
         row: i32,
         plane: &DepthPlane,
         test: impl DepthTest,
         old: &[D; WINDOW],
-    ) -> Lanes {
-        let mut lanes = [0; WINDOW];
-        for half in 0..if IS_NARROW { 1 } else { 2 } {
-            let (inside, z) = self.half(row, half, plane);
+    ) -> u32 {
+        let mut chosen = 0;
+        for half in 0..N / 4 {
+            let (mut inside, z) = self.half(row, half, plane);
             for i in 0..4 {
-                let lane = 4 * half + i;
-                lanes[lane] = u32::from((inside[i] >= 0.0) & passes(test, z[i], old[lane]));
+                inside[i] = if passes(test, z[i], old[4 * half + i]) { inside[i] } else { -1.0 };
             }
+            chosen |= Vec4::from_array(inside).cmpge(Vec4::ZERO).bitmask() << (4 * half);
         }
-        lanes
+        chosen
     }
 
     /// What weights of four samples are made of, and their depths, from their columns and rows in the window.
@@ -198,12 +195,9 @@ mod tests {
                 let tiny = Tiny::new(&setup, frame, area);
                 let mut found = Vec::new();
                 for row in 0..tiny.rows {
-                    let lanes = tiny.lanes::<_, false>(row, &plane, Less, &[1.0f32; WINDOW]);
-                    for (x, lane) in (tiny.x..).zip(lanes) {
-                        if lane != 0 {
-                            found.push((x, tiny.y + row));
-                        }
-                    }
+                    let chosen = tiny.chosen::<_, WINDOW>(row, &plane, Less, &[1.0f32; WINDOW]);
+                    let lanes = (0..8).filter(|lane| chosen >> lane & 1 == 1);
+                    found.extend(lanes.map(|lane| (tiny.x + lane, tiny.y + row)));
                 }
                 let covered: Vec<_> = (area.y..area.bottom())
                     .flat_map(|y| (area.x..area.right()).map(move |x| (x, y)))
