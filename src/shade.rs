@@ -257,29 +257,42 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         plane: &DepthPlane,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
+        let filled = if tiny.is_narrow {
+            self.test_tiny::<4>(tiny, plane, packet)
+        } else {
+            self.test_tiny::<WINDOW>(tiny, plane, packet)
+        };
+        packet.set_tiny(filled, tiny, shading, plane);
+        if BLENDS {
+            self.read_tiny(tiny, filled, packet);
+        }
+        filled
+    }
+
+    /// Puts the places of fragments of a tiny triangle that pass the depth test into the packet. Gives how many.
+    #[inline(always)]
+    fn test_tiny<const N: usize>(
+        &mut self,
+        tiny: &Tiny,
+        plane: &DepthPlane,
+        packet: &mut Packet<'_, F::Color, F::Depth>,
+    ) -> usize {
         let room = WINDOW.min((self.target_area.right() - tiny.x) as usize);
         let mut filled = 0;
         for (row, number) in (0..tiny.rows).zip(0..) {
             let run = self.target.run(tiny.x, tiny.y + row, room);
-            if let (Some(depths), true) = (run.depth.first_chunk(), run.color.len() >= WINDOW) {
-                filled = if tiny.is_narrow {
-                    let chosen = tiny.chosen::<_, 4>(row, plane, self.test, depths);
-                    packet.put_places::<4>(filled, number, chosen)
-                } else {
-                    let chosen = tiny.chosen::<_, WINDOW>(row, plane, self.test, depths);
-                    packet.put_places::<WINDOW>(filled, number, chosen)
-                };
-            } else if let Some(&depth) = run.depth.first() {
-                // Less than a window, of a narrow framebuffer or a miserly one, is tested in one of our own.
-                let mut depths = [depth; WINDOW];
-                let lent = copy(&mut depths, run.depth).min(run.color.len());
-                let chosen = tiny.chosen::<_, WINDOW>(row, plane, self.test, &depths);
-                filled = packet.put_places::<WINDOW>(filled, number, chosen & ((1 << lent) - 1));
-            }
-        }
-        packet.set_tiny(filled, tiny, shading, plane);
-        if BLENDS {
-            self.read_tiny(tiny, filled, packet);
+            let chosen = match run.depth.first_chunk() {
+                Some(depths) if run.color.len() >= WINDOW => {
+                    tiny.chosen::<_, N>(row, plane, self.test, depths)
+                }
+                _ => {
+                    // Less than a window, of a narrow framebuffer or a miserly one, is tested in one of our own.
+                    let mut depths = [F::Depth::from_depth(0.0); WINDOW];
+                    let lent = copy(&mut depths, run.depth).min(run.color.len());
+                    tiny.chosen::<_, N>(row, plane, self.test, &depths) & ((1 << lent) - 1)
+                }
+            };
+            filled = packet.put_places::<N>(filled, number, chosen);
         }
         filled
     }

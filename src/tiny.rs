@@ -71,7 +71,8 @@ impl Tiny {
         let (from_x, to_x) = (Vec4::new(q[0], r[0], p[0], p[0]), Vec4::new(r[0], p[0], q[0], q[0]));
         let (from_y, to_y) = (Vec4::new(q[1], r[1], p[1], p[1]), Vec4::new(r[1], p[1], q[1], q[1]));
         let (a, b) = (from_y - to_y, to_x - from_x);
-        let c = -(a * from_x + b * from_y);
+        // Not a negation: no sum of this and other whole numbers is −0.
+        let c = Vec4::ZERO - (a * from_x + b * from_y);
         // A top or left edge has a > 0, or a = 0 and b > 0: as whole numbers of at most 2¹², 2¹³ a + b > 0.
         let is_top_left = (a * 8192.0 + b).cmpgt(Vec4::ZERO);
         let least = Vec4::select(is_top_left, Vec4::ZERO, Vec4::ONE).to_array();
@@ -98,8 +99,8 @@ impl Tiny {
         [edge(0), edge(1), edge(2)]
     }
 
-    /// Four samples of a row, from its first or its fifth lane on: not negative where they are covered and may be drawn to;
-    /// and their depths.
+    /// Four samples of a row, from its first or its fifth lane on: without a minus sign where they are covered and may be
+    /// drawn to; and their depths.
     #[inline(always)]
     pub(crate) fn half(&self, row: i32, half: usize, plane: &DepthPlane) -> ([f32; 4], [f32; 4]) {
         let row = self.row(row);
@@ -123,9 +124,9 @@ impl Tiny {
         for half in 0..N / 4 {
             let (mut inside, z) = self.half(row, half, plane);
             for i in 0..4 {
-                inside[i] = if passes(test, z[i], old[4 * half + i]) { inside[i] } else { -1.0 };
+                inside[i] = if passes(test, z[i], old[4 * half + i]) { inside[i] } else { NEGATIVE };
             }
-            chosen |= Vec4::from_array(inside).cmpge(Vec4::ZERO).bitmask() << (4 * half);
+            chosen |= (!Vec4::from_array(inside).is_negative_bitmask() & 15) << (4 * half);
         }
         chosen
     }
@@ -144,6 +145,9 @@ impl Tiny {
         (shading.samples(edges), plane.at(edges))
     }
 }
+
+/// A NaN with a minus sign and all bits set: to select between it and a number takes one operation less.
+const NEGATIVE: f32 = f32::from_bits(u32::MAX);
 
 /// The columns of the first four lanes.
 pub(crate) const COLUMNS: Vec4 = Vec4::new(0.0, 1.0, 2.0, 3.0);
