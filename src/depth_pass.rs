@@ -34,7 +34,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
         let (mut top, bottom) = (area.y.max(bounds.y), area.bottom().min(bounds.bottom()));
         let (mut passed, mut passed_alone) = ([0; WINDOW], [0]);
         while top < bottom {
-            let rows = solver.solve(top, bottom);
+            let rows = solver.solve(top);
             let mut z = [0.0; LANES];
             for lane in 0..LANES {
                 z[lane] = plane.at_edges(rows.edges[0][lane], rows.edges[1][lane]);

@@ -93,7 +93,7 @@ impl<'a, V: Varyings> Band<'a, V> {
         if self.y >= self.bottom {
             return false;
         }
-        self.rows = solver.solve(self.y, self.bottom);
+        self.rows = solver.solve(self.y);
         self.count = LANES.min((self.bottom - self.y) as usize);
         let (left, right) = (area.x, area.right());
         for lane in 0..LANES {
@@ -356,14 +356,11 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 // The next that pass, of a stretch in which some do.
                 let run = self.target.run(at.x, band.y + at.lane as i32, at.lent);
                 let (z, old) = (packet.z.get(..at.lent)?, run.depth.get(..at.lent)?);
-                let passes = |i: usize| self.test.passes(F::Depth::from_depth(z[i]), old[i]);
-                let begin = (at.end..at.lent).find(|&i| passes(i));
-                let Some(begin) = begin else {
-                    at.end = at.lent;
-                    continue;
-                };
-                at.end = (begin..at.lent).find(|&i| !passes(i)).unwrap_or(at.lent);
-                return Some((begin, at.end));
+                let begin = skip::<_, false>(self.test, z, old, at.end);
+                at.end = skip::<_, true>(self.test, z, old, begin);
+                if begin < at.end {
+                    return Some((begin, at.end));
+                }
             }
             let is_between_rows = at.len == 0 || at.x + at.len as i32 >= *band.rows.end.get(at.lane)?;
             if is_between_rows {
@@ -566,6 +563,27 @@ fn count_passing<D: DepthFormat, const CLAMPS: bool>(
         passing += u32::from(passes(test, plane.moved_within::<CLAMPS>(z, dx + column), old));
     }
     passing
+}
+
+/// Where neighbouring fragments, from one on, that all pass the depth test end; or that all fail.
+#[inline(always)]
+fn skip<D: DepthFormat, const PASSING: bool>(
+    test: impl DepthTest,
+    z: &[f32],
+    old: &[D],
+    mut from: usize,
+) -> usize {
+    let is_skipped = |z: f32, old: D| passes(test, z, old) == PASSING;
+    // Eight at a time as long as there are eight.
+    while let (Some(z), Some(old)) = (z.get(from..from + WINDOW), old.get(from..from + WINDOW)) {
+        let skipped: u32 = z.iter().zip(old).map(|(&z, &old)| u32::from(is_skipped(z, old))).sum();
+        if skipped < WINDOW as u32 {
+            break;
+        }
+        from += WINDOW;
+    }
+    let rest = z.iter().zip(old).skip(from);
+    from + rest.take_while(|&(&z, &old)| is_skipped(z, old)).count()
 }
 
 /// Writes the first `len` of eight pixels.

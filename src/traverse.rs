@@ -4,14 +4,16 @@
 //! multiplication and then *decided* by evaluating the edge function, in integers, at the estimate: the spans are exactly
 //! the samples that [`EdgeFunction::covers`] accepts, for any triangle.
 //!
-//! Where there is SIMD, eight rows are solved at a time, one a lane: triangles up to 63 pixels wide and high in `f32`,
-//! where every number below is an integer under 2²⁴ and therefore exact ([`Small`]). Elsewhere those up to 1023 pixels are
-//! solved in `i32` ([`Compact`]). Larger ones are solved row by row in `i64` ([`Large`]). All find the same spans.
+//! Where there is SIMD, eight rows are solved at a time, one a lane: those of triangles up to 63 pixels wide and high in
+//! `f32`, of larger ones in `f64`. Every number that decides is an integer that the type holds exactly ([`Lines`]).
+//! Elsewhere triangles up to 1023 pixels are solved in `i32` ([`Compact`]), and larger ones in `i64` ([`solve_alone`]),
+//! row by row. All find the same spans.
 
 #![expect(clippy::cast_possible_truncation, reason = "lanes are under 2⁴")]
 #![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
 
 use core::num::NonZeroU32;
+use core::ops::{Add, Mul, Neg, Sub};
 
 use crate::edge::EdgeFunction;
 use crate::project::{ProjectedVertex, round};
@@ -129,7 +131,7 @@ impl Setup {
         let solver = Solver::new(self);
         let mut first = top;
         while first < bottom {
-            let rows = solver.solve(first, bottom);
+            let rows = solver.solve(first);
             let count = (bottom - first) as usize;
             for lane in 0..count.min(LANES) {
                 let (start, end) = (rows.start[lane].max(left), rows.end[lane].min(right));
@@ -151,29 +153,30 @@ impl Setup {
 /// A triangle's edges in the form that its rows are solved from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Solver {
-    Small(Small),
+    Small(Lines<f32>),
+    Large(Lines<f64>),
     Compact(Compact),
-    Large(Large),
+    Alone(Setup),
 }
 
 impl Solver {
     #[inline(always)]
     pub(crate) fn new(setup: &Setup) -> Self {
         if HAS_FLOAT_LANES {
-            if is_small(setup) { Self::Small(Small::new(setup)) } else { Self::Large(Large::new(setup)) }
+            if is_small(setup) { Self::Small(Lines::small(setup)) } else { Self::Large(Lines::large(setup)) }
         } else {
             let [a, b, c] = setup.corners();
-            let compact = Compact::new(setup, sample_bounds(a, b, c));
-            compact.map_or_else(|| Self::Large(Large::new(setup)), Self::Compact)
+            Compact::new(setup, sample_bounds(a, b, c)).map_or(Self::Alone(*setup), Self::Compact)
         }
     }
 
     #[inline(always)]
-    pub(crate) fn solve(&self, first: i32, bottom: i32) -> Rows {
+    pub(crate) fn solve(&self, first: i32) -> Rows {
         match self {
             Self::Small(small) => small.solve(first),
+            Self::Large(large) => large.solve(first),
             Self::Compact(compact) => compact.solve(first),
-            Self::Large(large) => large.solve(first, bottom),
+            Self::Alone(setup) => solve_alone(setup, first),
         }
     }
 }
@@ -196,28 +199,92 @@ fn anchors_at_end(setup: &Setup) -> bool {
     p * u + q * v + r * w < 0.0
 }
 
-/// Edges of a triangle of at most [`SMALL`] subpixels, relative to the top left pixel of its bounds.
-///
-/// All of them are halved eight times, exactly: one pixel is 256 subpixels, so E mod 256 is the same at every sample and
-/// floor(E / 256) keeps the sign test. |floor(E / 256)| < 2²² then.
+/// What rows are solved in: `f32` for small triangles, `f64` for those of any size.
+pub(crate) trait Real:
+    Copy + PartialOrd + Neg<Output = Self> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
+{
+    /// As many times smaller than the edge function is what rows are solved from. All steps of E by a pixel are multiples
+    /// of 256 subpixels, so E mod 256 is the same at every sample, and floor(E / 256) keeps the sign test.
+    const UNIT: i64;
+
+    /// More columns than the widest triangle has.
+    const BEYOND: Self;
+
+    /// A number whose last bit counts ones: added to another, it rounds that to an integer.
+    const ROUNDING: Self;
+
+    /// Of an integer that it holds exactly.
+    fn of(x: i64) -> Self;
+
+    /// Of an integer in ± `BEYOND`.
+    fn to_i32(self) -> i32;
+
+    /// Rounded, if need be.
+    fn to_f32(self) -> f32;
+}
+
+impl Real for f32 {
+    const UNIT: i64 = 256;
+    const BEYOND: Self = 64.0;
+    const ROUNDING: Self = 12_582_912.0;
+
+    #[inline(always)]
+    fn of(x: i64) -> Self {
+        x as i32 as Self
+    }
+
+    #[inline(always)]
+    fn to_i32(self) -> i32 {
+        round(self)
+    }
+
+    #[inline(always)]
+    fn to_f32(self) -> f32 {
+        self
+    }
+}
+
+impl Real for f64 {
+    const UNIT: i64 = 1;
+    const BEYOND: Self = (2 * EXTENT + 1) as Self;
+    const ROUNDING: Self = 6_755_399_441_055_744.0;
+
+    #[inline(always)]
+    fn of(x: i64) -> Self {
+        x as Self
+    }
+
+    #[inline(always)]
+    fn to_i32(self) -> i32 {
+        (self + Self::ROUNDING).to_bits() as i32
+    }
+
+    #[inline(always)]
+    fn to_f32(self) -> f32 {
+        self as f32
+    }
+}
+
+/// A triangle's edges, relative to the top left pixel of its bounds. What is called E here is floor((E + bias) / UNIT), of
+/// which the sign decides: in a triangle of at most [`SMALL`] subpixels an integer under 2²², in any other under 2⁴⁸.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Small {
+pub(crate) struct Lines<T> {
     x: i32,
     y: i32,
-    /// Steps by a pixel right and down of floor((E + bias) / 256), and its value at the top left sample.
-    a: [f32; 4],
-    b: [f32; 4],
-    c: [f32; 4],
-    /// What gives E back: E = 256 · floor((E + bias) / 256) + rest.
-    rest: [f32; 4],
+    /// Steps of E by a pixel right and down, and its value at the top left sample.
+    a: [T; 4],
+    b: [T; 4],
+    c: [T; 4],
+    /// What gives the edge function back: UNIT · E + rest.
+    rest: [T; 4],
     /// −1 / a; anything where a = 0.
-    minus_inv_a: [f32; 4],
+    minus_inv_a: [T; 4],
     anchors_at_end: bool,
 }
 
-impl Small {
+impl Lines<f32> {
     #[inline(always)]
-    fn new(setup: &Setup) -> Self {
+    fn small(setup: &Setup) -> Self {
         let bounds = setup.bounds();
         let (x, y) = (bounds.x, bounds.y);
         let [p, q, r] = setup.corners();
@@ -229,7 +296,7 @@ impl Small {
         };
         let (from_x, to_x) = along(p.x(), q.x(), r.x(), x);
         let (from_y, to_y) = along(p.y(), q.y(), r.y(), y);
-        let mut small = Self {
+        let mut lines = Self {
             x,
             y,
             a: [0.0; 4],
@@ -244,43 +311,67 @@ impl Small {
             let value = -(a * from_x[i] + b * from_y[i]);
             let is_top_left = (a > 0) | ((a == 0) & (b > 0));
             let folded = (value - i32::from(!is_top_left)) >> 8;
-            small.a[i] = a as f32;
-            small.b[i] = b as f32;
-            small.c[i] = folded as f32;
-            small.rest[i] = (value - (folded << 8)) as f32;
-            small.minus_inv_a[i] = -1.0 / if a == 0 { 1.0 } else { a as f32 };
+            lines.a[i] = a as f32;
+            lines.b[i] = b as f32;
+            lines.c[i] = folded as f32;
+            lines.rest[i] = (value - (folded << 8)) as f32;
+            lines.minus_inv_a[i] = -1.0 / if a == 0 { 1.0 } else { a as f32 };
         }
-        small
+        lines
     }
+}
 
+impl Lines<f64> {
+    #[inline(always)]
+    fn large(setup: &Setup) -> Self {
+        let bounds = setup.bounds();
+        let (x, y) = (bounds.x, bounds.y);
+        let [p, q, r] = setup.edges();
+        let edges = [p, q, r, r];
+        let each = |of: fn(&EdgeFunction) -> i64| edges.map(|edge| of(&edge) as f64);
+        Self {
+            x,
+            y,
+            a: each(|edge| edge.step_x()),
+            b: each(|edge| edge.step_y()),
+            c: edges.map(|edge| (edge.at(x, y) + edge.bias()) as f64),
+            rest: each(|edge| -edge.bias()),
+            minus_inv_a: each(|edge| edge.step_x()).map(|a| -1.0 / if a == 0.0 { 1.0 } else { a }),
+            anchors_at_end: anchors_at_end(setup),
+        }
+    }
+}
+
+impl<T: Real> Lines<T> {
     #[inline(always)]
     fn solve(&self, first: i32) -> Rows {
-        const ROUNDING: f32 = 12_582_912.0; // see `project::round`
-        let mut row = [0.0; LANES];
+        let (zero, one, beyond) = (T::of(0), T::of(1), T::BEYOND);
+        let mut row = [zero; LANES];
         for (lane, row) in row.iter_mut().enumerate() {
-            *row = (first - self.y + lane as i32) as f32;
+            *row = T::of(i64::from(first - self.y + lane as i32));
         }
         // Each edge along each row, at column 0; and the first column at which its sign has changed.
-        let (mut at_zero, mut crossing) = ([[0.0f32; LANES]; 3], [[0.0f32; LANES]; 3]);
+        let (mut at_zero, mut crossing) = ([[zero; LANES]; 3], [[zero; LANES]; 3]);
         for i in 0..3 {
-            let rises = self.a[i] > 0.0;
+            let rises = self.a[i] > zero;
             for lane in 0..LANES {
                 let e = self.b[i] * row[lane] + self.c[i];
                 let t = e * self.minus_inv_a[i];
-                let t = if t > -1.0 { t } else { -1.0 };
-                let t = if t < 64.0 { t } else { 64.0 };
-                let estimate = (t + ROUNDING) - ROUNDING;
+                let t = if t > -one { t } else { -one };
+                let t = if t < beyond { t } else { beyond };
+                let estimate = (t + T::ROUNDING) - T::ROUNDING;
                 // The estimate is off by at most ½ and a little, so the crossing is there or one column on.
-                let is_inside = self.a[i] * estimate + e >= 0.0;
+                let is_inside = self.a[i] * estimate + e >= zero;
                 at_zero[i][lane] = e;
-                crossing[i][lane] = estimate + if is_inside == rises { 0.0 } else { 1.0 };
+                crossing[i][lane] = estimate + if is_inside == rises { zero } else { one };
             }
         }
         // Edge 1 is the left side and edge 2 the right side, unless it is exactly on top. Edge 0 may be either or below.
-        let (mut rows, none) = (Rows::EMPTY, 1024.0);
-        let edge_0_is_left = self.a[0] > 0.0;
-        let edge_0_is_right = self.a[0] < 0.0;
-        let edge_2_is_right = self.a[2] < 0.0;
+        let none = beyond + one + one;
+        let mut rows = Rows::EMPTY;
+        let edge_0_is_left = self.a[0] > zero;
+        let edge_0_is_right = self.a[0] < zero;
+        let edge_2_is_right = self.a[2] < zero;
         for lane in 0..LANES {
             let (c0, c1, c2) = (crossing[0][lane], crossing[1][lane], crossing[2][lane]);
             let other = if edge_0_is_left { c0 } else { -none };
@@ -288,12 +379,13 @@ impl Small {
             let (right, other) =
                 (if edge_2_is_right { c2 } else { none }, if edge_0_is_right { c0 } else { none });
             let end = if right < other { right } else { other };
-            let anchor = if self.anchors_at_end { end - 1.0 } else { start };
-            rows.start[lane] = self.x + round(start);
-            rows.end[lane] = self.x + round(end);
-            rows.anchor[lane] = self.x + round(anchor);
+            let anchor = if self.anchors_at_end { end - one } else { start };
+            rows.start[lane] = self.x + start.to_i32();
+            rows.end[lane] = self.x + end.to_i32();
+            rows.anchor[lane] = self.x + anchor.to_i32();
             for i in 0..3 {
-                rows.edges[i][lane] = (self.a[i] * anchor + at_zero[i][lane]) * 256.0 + self.rest[i];
+                let e = self.a[i] * anchor + at_zero[i][lane];
+                rows.edges[i][lane] = (e * T::of(T::UNIT) + self.rest[i]).to_f32();
             }
         }
         rows
@@ -430,49 +522,7 @@ impl Compact {
     }
 }
 
-/// Edges of a triangle of any size.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Large {
-    edges: [EdgeFunction; 3],
-    /// 1 / (step by a pixel), or 0 where that is 0.
-    inv_step: [f32; 3],
-    anchors_at_end: bool,
-}
-
-impl Large {
-    fn new(setup: &Setup) -> Self {
-        let edges = setup.edges();
-        let inv_step = each(edges, |edge| if edge.step_x() == 0 { 0.0 } else { 1.0 / edge.step_x() as f32 });
-        Self { edges, inv_step, anchors_at_end: anchors_at_end(setup) }
-    }
-
-    fn solve(&self, first: i32, bottom: i32) -> Rows {
-        let mut rows = Rows::EMPTY;
-        for lane in 0..LANES {
-            let y = first + lane as i32;
-            if y >= bottom {
-                break;
-            }
-            let (mut start, mut end) = (-EXTENT, EXTENT);
-            for (edge, inv_step) in self.edges.iter().zip(self.inv_step) {
-                // A level edge has all of the triangle's rows on its inner side.
-                if edge.step_x() > 0 {
-                    start = start.max(crossing(edge, inv_step, y));
-                } else if edge.step_x() < 0 {
-                    end = end.min(crossing(edge, inv_step, y));
-                }
-            }
-            let anchor = if self.anchors_at_end { end - 1 } else { start };
-            (rows.start[lane], rows.end[lane], rows.anchor[lane]) = (start, end, anchor);
-            for (i, edge) in self.edges.iter().enumerate() {
-                rows.edges[i][lane] = edge.at(anchor, y) as f32;
-            }
-        }
-        rows
-    }
-}
-
-/// One row of a triangle of any size, as [`Large`] solves it. What its rows have in common is worked out for each of them:
+/// One row of a triangle of any size, in integers of 64 bits. What its rows have in common is worked out for each of them:
 /// rows this long can bear it, and the stack need not hold it.
 #[cold]
 #[inline(never)]
@@ -572,43 +622,32 @@ mod tests {
     }
 
     #[test]
-    fn compact_and_large_rows_are_the_same() {
-        for (size, step) in [(3, 1), (20, 1), (62, 1), (62, 128), (300, 1), (1023, 1), (1023, 128)] {
+    fn all_ways_to_solve_a_row_are_the_same() {
+        let sizes = [(3, 1), (20, 1), (62, 1), (62, 128), (300, 1), (1023, 1), (1023, 128), (32_000, 1)];
+        for (size, step) in sizes {
             for setup in triangles(size, step, if size < 100 { 1000 } else { 100 }) {
                 let bounds = setup.bounds();
                 let edges = [bounds.x, bounds.y, bounds.right(), bounds.bottom()];
-                let Some(compact) = Compact::new(&setup, edges) else {
-                    assert!(setup.area2() > i64::from(u32::MAX), "it is too large: {setup:?}");
-                    continue;
-                };
-                let large = Large::new(&setup);
-                for y in bounds.y..bounds.bottom() {
-                    let row = |r: &Rows| {
-                        let edges = r.edges.map(|e| e[0].to_bits());
-                        (r.start[0] < r.end[0]).then_some((r.start[0], r.end[0], r.anchor[0], edges))
-                    };
-                    assert_eq!(row(&compact.solve(y)), row(&large.solve(y, y + 1)), "{setup:?} row {y}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn small_and_large_rows_are_the_same() {
-        for (size, step) in [(3, 1), (20, 1), (62, 1), (62, 128)] {
-            for setup in triangles(size, step, 1000) {
-                let (small, large, bounds) = (Small::new(&setup), Large::new(&setup), setup.bounds());
+                let (large, compact) = (Lines::large(&setup), Compact::new(&setup, edges));
+                let small = is_small(&setup).then(|| Lines::small(&setup));
+                let is_too_large = size > COMPACT || setup.area2() > i64::from(u32::MAX);
+                assert!(compact.is_some() || is_too_large, "{setup:?}");
                 for first in (bounds.y..bounds.bottom()).step_by(LANES) {
-                    let (s, l) = (small.solve(first), large.solve(first, bounds.bottom()));
+                    let (small, large) = (small.map(|small| small.solve(first)), large.solve(first));
                     for lane in 0..LANES.min((bounds.bottom() - first).cast_unsigned() as usize) {
-                        let is_empty = l.start[lane] >= l.end[lane];
-                        assert_eq!(s.start[lane] >= s.end[lane], is_empty, "{setup:?}");
-                        if !is_empty {
-                            let row = |r: &Rows| {
-                                let edges = r.edges.map(|e| e[lane].to_bits());
-                                (r.start[lane], r.end[lane], r.anchor[lane], edges)
-                            };
-                            assert_eq!(row(&s), row(&l), "{setup:?}");
+                        let row = |r: &Rows, lane: usize| {
+                            let edges = r.edges.map(|e| e[lane].to_bits());
+                            let is_empty = r.start[lane] >= r.end[lane];
+                            (!is_empty).then_some((r.start[lane], r.end[lane], r.anchor[lane], edges))
+                        };
+                        let y = first + lane as i32;
+                        let expected = row(&solve_alone(&setup, y), 0);
+                        assert_eq!(row(&large, lane), expected, "in f64: {setup:?} row {y}");
+                        if let Some(small) = &small {
+                            assert_eq!(row(small, lane), expected, "in f32: {setup:?} row {y}");
+                        }
+                        if let Some(compact) = &compact {
+                            assert_eq!(row(&compact.solve(y), 0), expected, "in i32: {setup:?} row {y}");
                         }
                     }
                 }
