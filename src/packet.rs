@@ -1,7 +1,6 @@
 //! Packets: fragments of one triangle on their way to the closure, as arrays of the numbers that shading starts from.
 
 #![expect(clippy::cast_possible_truncation, reason = "offsets in a packet are under 2⁹")]
-#![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
 
 use glam::Vec4;
 
@@ -9,7 +8,7 @@ use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::plane::DepthPlane;
-use crate::tiny::{ROWS, Tiny, WINDOW};
+use crate::tiny::{COLUMNS, ROWS, Tiny, WINDOW};
 use crate::traverse::HAS_FLOAT_LANES;
 
 /// How many fragments are in flight: enough for SIMD to be worth its overhead, and little enough for the first-level
@@ -119,30 +118,58 @@ impl<C, D> Packet<'_, C, D> {
         }
     }
 
-    /// [`set`](Self::set) for eight fragments, one array after the other: as one loop over all, the columns were put
-    /// together anew for each array.
+    /// [`set`](Self::set) from `at` on for a short row of `len`, in windows of eight: as many as `old` has. The last one
+    /// reaches over the row's end. Gives how many of the row pass.
     #[inline(always)]
-    pub(crate) fn set_window(
+    #[expect(clippy::too_many_arguments, reason = "all that a row is made of")]
+    pub(crate) fn set_windows(
         &mut self,
         at: usize,
+        len: i32,
         (base, step): (Sample, Sample),
-        dx: i32,
         (x, y): (i32, i32),
-    ) {
-        let (first, mut dx) = (dx as f32, [0.0; WINDOW]);
-        for i in 0..WINDOW {
-            dx[i] = first + i as i32 as f32;
-        }
-        ramp(self.p, at, base.p, step.p, &dx);
-        ramp(self.q, at, base.q, step.q, &dx);
-        ramp(self.sum, at, base.sum, step.sum, &dx);
-        ramp(self.l, at, base.l, step.l, &dx);
-        ramp(self.m, at, base.m, step.m, &dx);
-        if let (Some(xs), Some(ys)) = (self.x.get_mut(at..at + WINDOW), self.y.get_mut(at..at + WINDOW)) {
-            for i in 0..WINDOW {
-                (xs[i], ys[i]) = (x.wrapping_add(i as i32), y);
+        (z_base, dx): (f32, f32),
+        plane: &DepthPlane,
+        test: impl DepthTest,
+        old: &[D],
+    ) -> Option<u32>
+    where
+        D: DepthFormat,
+    {
+        let place = at..at + old.len();
+        let p = self.p.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
+        let q = self.q.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
+        let sum = self.sum.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
+        let l = self.l.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
+        let m = self.m.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
+        let z = self.z.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
+        let weights = p.zip(q).zip(sum).zip(l).zip(m);
+        let mut passing = [0; 4];
+        let (mut column, mut left) = (Vec4::splat(dx) + COLUMNS, Vec4::splat(len as f32) - COLUMNS);
+        for (((((p, q), sum), l), m), (z, old)) in weights.zip(z.zip(old.chunks_exact(WINDOW))) {
+            for half in [0, 4] {
+                let ramp = |to: &mut [f32], first: f32, step: f32| {
+                    put_four(to, half, Vec4::splat(first) + column * step)
+                };
+                ramp(p, base.p, step.p);
+                ramp(q, base.q, step.q);
+                ramp(sum, base.sum, step.sum);
+                ramp(l, base.l, step.l);
+                ramp(m, base.m, step.m);
+                let new = plane.moved_four(z_base, column);
+                put_four(z, half, new);
+                let (new, inside) = (new.to_array(), left.to_array());
+                for i in 0..4 {
+                    passing[i] += u32::from(passes(test, new[i], old[half + i]) & (inside[i] > 0.0));
+                }
+                (column, left) = (column + 4.0, left - 4.0);
             }
         }
+        let (xs, ys) = (self.x.get_mut(place.clone())?, self.y.get_mut(place)?);
+        for (i, (to_x, to_y)) in xs.iter_mut().zip(ys).enumerate() {
+            (*to_x, *to_y) = (x.wrapping_add(i as i32), y);
+        }
+        Some(passing.iter().sum())
     }
 
     /// Sets `len` fragments from a pixel on to the neighbours of a row's anchor, where what they are made of is `base` and
@@ -207,10 +234,10 @@ pub(crate) fn copy<T: Copy>(to: &mut [T], from: &[T]) -> usize {
     len
 }
 
-/// Copies eight pixels.
+/// Copies windows of eight pixels.
 #[inline(always)]
-pub(crate) fn copy_window<T: Copy>(to: &mut [T], at: usize, from: &[T], start: usize) {
-    if let (Some(to), Some(from)) = (to.get_mut(at..at + WINDOW), from.get(start..start + WINDOW)) {
+pub(crate) fn copy_windows<T: Copy>(to: &mut [T], from: &[T]) {
+    for (to, from) in to.chunks_exact_mut(WINDOW).zip(from.chunks_exact(WINDOW)) {
         to.copy_from_slice(from);
     }
 }
@@ -219,15 +246,5 @@ pub(crate) fn copy_window<T: Copy>(to: &mut [T], at: usize, from: &[T], start: u
 fn put_four(numbers: &mut [f32], at: usize, four: Vec4) {
     if let Some(to) = numbers.get_mut(at..at + 4) {
         to.copy_from_slice(&four.to_array());
-    }
-}
-
-/// Sets eight numbers to `first + step · dx`.
-#[inline(always)]
-fn ramp(numbers: &mut [f32], at: usize, first: f32, step: f32, dx: &[f32; WINDOW]) {
-    if let Some(window) = numbers.get_mut(at..at + WINDOW) {
-        for i in 0..WINDOW {
-            window[i] = first + step * dx[i];
-        }
     }
 }

@@ -18,17 +18,15 @@
 use core::hint::black_box;
 use core::ops::Range;
 
-use glam::Vec4;
-
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
-use crate::packet::{NARROW, PACKET, Packet, RAMP, copy, copy_window, place_of};
+use crate::packet::{NARROW, PACKET, Packet, RAMP, copy, copy_windows, place_of};
 use crate::plane::DepthPlane;
 use crate::setup::Setup;
 use crate::state::Statistics;
 use crate::target::{Framebuffer, Rect};
-use crate::tiny::{COLUMNS, Tiny, WINDOW, is_tiny};
+use crate::tiny::{Tiny, WINDOW, is_tiny};
 use crate::traverse::{LANES, Rows, Solver};
 
 /// What a draw's shading works with. The closure reads the colour already there if it `BLENDS`.
@@ -430,13 +428,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             if len > NARROW {
                 break;
             }
-            // Most rows of small triangles are one window: code of its own for them takes W3 from 222 to 213 M
-            // instructions a frame with AVX2.
-            let gathered = match len {
-                0 => Some(0),
-                1..=WINDOW => self.gather_row(band, lane, WINDOW, filled, packet),
-                _ => self.gather_row(band, lane, len.next_multiple_of(WINDOW), filled, packet),
-            };
+            let room = len.next_multiple_of(WINDOW);
+            let gathered = if len > 0 { self.gather_row(band, lane, room, filled, packet) } else { Some(0) };
             let Some(gathered) = gathered else { break };
             filled += gathered;
             at.ends[lane] = filled;
@@ -464,37 +457,14 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let (len, dx) = (band.rows.end[lane] - x, x - band.rows.anchor[lane]);
         let run = self.target.run(x, y, room);
         let (old_colors, old_depths) = (run.color.get(..room)?, run.depth.get(..room)?);
-        let mut passing = [0; 4];
-        let mut start = 0;
-        while start < room {
-            let z = packet.z.get_mut(filled + start..)?.first_chunk_mut::<WINDOW>()?;
-            let old = old_depths.get(start..)?.first_chunk::<WINDOW>()?;
-            let (left, dx) = (Vec4::splat((len - start as i32) as f32), (dx + start as i32) as f32);
-            for half in [0, 4] {
-                let columns = COLUMNS + half as f32;
-                let new = band.plane.moved_four(band.z[lane], columns + dx).to_array();
-                let inside = (left - columns).to_array();
-                z[half..half + 4].copy_from_slice(&new);
-                for i in 0..4 {
-                    let is_passing = passes(self.test, new[i], old[half + i]);
-                    passing[i] += u32::from(is_passing & (inside[i] > 0.0));
-                }
-            }
-            start += WINDOW;
-        }
-        let passing = passing.iter().sum::<u32>() as i32;
-        if passing != len {
+        let (weights, row) = ((band.base(lane), band.step), (band.z[lane], dx as f32));
+        let (plane, test) = (band.plane, self.test);
+        let passing = packet.set_windows(filled, len, weights, (x, y), row, plane, test, old_depths)?;
+        if passing != len.unsigned_abs() {
             return if passing == 0 { Some(0) } else { None };
         }
-        let base = (band.base(lane), band.step);
-        let mut start = 0;
-        while start < room {
-            let offset = start as i32;
-            if BLENDS {
-                copy_window(packet.colors, filled + start, old_colors, start);
-            }
-            packet.set_window(filled + start, base, dx + offset, (x + offset, y));
-            start += WINDOW;
+        if BLENDS {
+            copy_windows(packet.colors.get_mut(filled..filled + room)?, old_colors);
         }
         Some(len as usize)
     }
@@ -510,12 +480,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let mut begin = 0;
         for lane in core::mem::take(&mut at.gathered) {
             let Some(&end) = at.ends.get(lane) else { return };
-            let written = match end - begin {
-                0 => Some(()),
-                1..=WINDOW => self.write_row(band, lane, WINDOW, begin, packet),
-                len => self.write_row(band, lane, len.next_multiple_of(WINDOW), begin, packet),
-            };
-            if written.is_none() {
+            let room = (end - begin).next_multiple_of(WINDOW);
+            if room > 0 && self.write_row(band, lane, room, begin, packet).is_none() {
                 return;
             }
             begin = end;
@@ -536,15 +502,10 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let len = band.rows.end[lane] - x;
         let run = self.target.run(x, band.y + lane as i32, room);
         let (to_colors, to_depths) = (run.color.get_mut(..room)?, run.depth.get_mut(..room)?);
-        let mut start = 0;
-        while start < room {
-            let (from, to) = (begin + start..begin + start + WINDOW, start..start + WINDOW);
-            let left = len - start as i32;
-            write_window(to_colors.get_mut(to.clone())?, packet.colors.get(from.clone())?, left);
-            if self.test.writes() {
-                write_window(to_depths.get_mut(to)?, packet.depths.get(from)?, left);
-            }
-            start += WINDOW;
+        let from = begin..begin + room;
+        write_windows(to_colors, packet.colors.get(from.clone())?, len as usize);
+        if self.test.writes() {
+            write_windows(to_depths, packet.depths.get(from)?, len as usize);
         }
         Some(())
     }
@@ -586,17 +547,24 @@ fn skip<D: DepthFormat, const PASSING: bool>(
     from + rest.take_while(|&(&z, &old)| is_skipped(z, old)).count()
 }
 
-/// Writes the first `len` of eight pixels.
-///
-/// Selected in a local array: where the choice is between storing and not, the compiler branches, once a pixel.
+/// Writes the first `len` of some windows of eight pixels.
 #[inline(always)]
-fn write_window<T: Copy>(to: &mut [T], from: &[T], len: i32) {
-    if let (Some(to), Some(from)) = (to.first_chunk_mut::<WINDOW>(), from.first_chunk::<WINDOW>()) {
-        let (mut pixels, new) = (*to, *from);
-        for i in 0..WINDOW {
-            pixels[i] = if (i as i32) < len { new[i] } else { pixels[i] };
+fn write_windows<T: Copy>(to: &mut [T], from: &[T], len: usize) {
+    let mut left = len as i32;
+    for (to, from) in to.chunks_exact_mut(WINDOW).zip(from.chunks_exact(WINDOW)) {
+        if left >= WINDOW as i32 {
+            to.copy_from_slice(from);
+        } else if let (Some(to), Some(from)) = (to.first_chunk_mut::<WINDOW>(), from.first_chunk::<WINDOW>())
+        {
+            // Selected in a local array: where the choice is between storing and not, the compiler branches, once a
+            // pixel.
+            let (mut pixels, new) = (*to, *from);
+            for i in 0..WINDOW {
+                pixels[i] = if (i as i32) < left { new[i] } else { pixels[i] };
+            }
+            *to = pixels;
         }
-        *to = pixels;
+        left -= WINDOW as i32;
     }
 }
 
