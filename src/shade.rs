@@ -425,13 +425,14 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let (first, mut filled) = (at.lane, 0);
         while at.lane < band.count.min(LANES) {
             let (lane, len) = (at.lane, band.len(at.lane));
-            if len > NARROW {
-                break;
+            if len > 0 {
+                if len > NARROW || !self.expects_all {
+                    break;
+                }
+                let room = len.next_multiple_of(WINDOW);
+                let Some(gathered) = self.gather_row(band, lane, room, filled, packet) else { break };
+                filled += gathered;
             }
-            let room = len.next_multiple_of(WINDOW);
-            let gathered = if len > 0 { self.gather_row(band, lane, room, filled, packet) } else { Some(0) };
-            let Some(gathered) = gathered else { break };
-            filled += gathered;
             at.ends[lane] = filled;
             at.lane += 1;
         }
@@ -460,7 +461,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let (weights, row) = ((band.base(lane), band.step), (band.z[lane], dx as f32));
         let (plane, test) = (band.plane, self.test);
         let passing = packet.set_windows(filled, len, weights, (x, y), row, plane, test, old_depths)?;
-        if passing != len.unsigned_abs() {
+        self.expects_all = passing == len.unsigned_abs();
+        if !self.expects_all {
             return if passing == 0 { Some(0) } else { None };
         }
         if BLENDS {
