@@ -31,7 +31,7 @@ pub(crate) struct Packet<'a, C, D> {
     pub(crate) colors: &'a mut [C; PACKET],
     pub(crate) depths: &'a mut [D; PACKET],
     /// Which of them were discarded: not 0. All are 0 between packets.
-    pub(crate) discarded: &'a mut [u8; PACKET],
+    pub(crate) discarded: &'a mut [u32; PACKET],
     /// A packet of a tiny triangle remembers where in its windows each fragment belongs: eight lanes a row.
     pub(crate) places: &'a mut [u8; PLACES],
 }

@@ -615,6 +615,17 @@ fn what_is_lent_of_a_row_is_drawn_whatever_else_is_hidden() {
     let rasterizer = Rasterizer::<()>::new(Viewport::new(-64.0, 0.0, 164.0, 30.0).expect("legal"));
     rasterizer.draw(&mut target, Primitives::list(), tiny, (), |_| 1u32).expect("legal");
     rasterizer.draw_depth(&mut target, Primitives::list(), tiny).expect("legal");
+    // A tiny one across the end of what is there: columns 66 to 73, of which 70 and on are not.
+    let mut target = Miser { color: vec![0; 70 * 30], depth: vec![1.0; 70 * 30] };
+    let tiny = [[66.0, 1.0], [66.0, 9.0], [74.0, 1.0]].map(|point| frame.at(point));
+    let always = Rasterizer::<()>::new(frame.viewport()).with_depth_test(halfplane::Always);
+    let statistics = always.draw(&mut target, Primitives::list(), tiny, (), |_| 1u32).expect("legal");
+    assert_eq!(
+        statistics.fragments,
+        4 + 4 + 4 + 4 + 3 + 2 + 1,
+        "seven samples in the first row, of which four are there"
+    );
+    assert_eq!(target.color.iter().sum::<u32>(), 22, "each in its place");
 }
 
 /// Found by this file: what is beyond the run was asked for by nobody.

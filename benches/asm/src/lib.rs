@@ -54,6 +54,15 @@ pub fn packed_struct(scene: &mut Scene<'_, Lit>) -> bool {
     })
 }
 
+/// Weights over the vertices are put into the caller's order, and those of a cut triangle are of the whole.
+#[inline(never)]
+pub fn packed_weights(scene: &mut Scene<'_, Vec2>) -> bool {
+    draw(scene, |fragment, _| {
+        let ([a, b, _], [p, _, r]) = (fragment.weights(), fragment.barycentrics());
+        pack_rgba8(Vec4::new(a, b, (p * p + r * r).sqrt(), 1.0))
+    })
+}
+
 /// Selecting between results takes more instructions in SSE2, and the compiler leaves the loop as it is.
 #[inline(never)]
 pub fn avx2_discard(scene: &mut Scene<'_, Vec2>) -> bool {
