@@ -180,7 +180,7 @@ pub fn w6(mesh: Mesh) -> Workload {
         positions: mesh.positions,
         indices: mesh.indices,
         cull_back: false,
-        shading: Shading::LitTexture(varyings, Texture::waves(10)),
+        shading: Shading::LitTexture(varyings, Texture::waves()),
     }
 }
 
@@ -421,77 +421,81 @@ pub fn blend(over: [f32; 4], under: u32) -> u32 {
     channel(over[0], 0) | channel(over[1], 8) << 8 | channel(over[2], 16) << 16 | channel(over[3], 24) << 24
 }
 
+/// Side of the texture's largest level.
+const SIDE: usize = 1024;
+
 /// A square texture that repeats, RGBA8, with all its mip levels.
+///
+/// A level of n × n texels begins at index n² and ends before the next larger one, at 4 n². So its start takes no
+/// table, and the whole is a power of two: an index that is masked needs no check, and the fetches become SIMD with
+/// everything around them.
 #[derive(Clone, Debug)]
 pub struct Texture {
-    /// Levels of 2ⁿ, 2ⁿ⁻¹, …, 1 texels squared, one after the other.
-    texels: Vec<u32>,
-    /// The n of level 0.
-    size_log2: u32,
+    texels: Box<[u32; 2 * SIDE * SIDE]>,
 }
 
 impl Texture {
     /// Two crossing waves: soft, so that the choice of a level at its limits hardly shows.
     #[must_use]
-    pub fn waves(size_log2: u32) -> Self {
-        let size = 1 << size_log2;
-        let wave = |i: u32, n: u32| 0.5 + 0.5 * (core::f32::consts::TAU * (i * n) as f32 / size as f32).sin();
-        let mut level: Vec<Vec4> = (0..size * size)
+    pub fn waves() -> Self {
+        let wave = |i: usize, n: usize| {
+            0.5 + 0.5 * (core::f32::consts::TAU * (i * n) as f32 / SIDE as f32).sin()
+        };
+        let mut level: Vec<Vec4> = (0..SIDE * SIDE)
             .map(|i| {
-                let (x, y) = (i % size, i / size);
+                let (x, y) = (i % SIDE, i / SIDE);
                 let cells = wave(x, 32) * wave(y, 32) + (1.0 - wave(x, 32)) * (1.0 - wave(y, 32));
                 Vec4::new(0.2 + 0.8 * cells, 0.3 + 0.5 * wave(x + y, 2), 0.9 - 0.6 * cells, 1.0)
             })
             .collect();
-        let mut texels = Vec::new();
-        for log2 in (0..=size_log2).rev() {
-            texels.extend(level.iter().copied().map(pack));
+        let mut texels = vec![0; 2 * SIDE * SIDE];
+        let mut side = SIDE;
+        while side > 0 {
+            for (texel, &color) in texels[side * side..].iter_mut().zip(&level) {
+                *texel = pack(color);
+            }
             // Halve: the mean of four.
-            let (row, half) = (1 << log2, (1usize << log2) / 2);
+            let (row, half) = (side, side / 2);
             level = (0..half * half)
                 .map(|i| 2 * (i / half) * row + 2 * (i % half))
                 .map(|i| (level[i] + level[i + 1] + level[i + row] + level[i + row + 1]) * 0.25)
                 .collect();
+            side = half;
         }
-        Self { texels, size_log2 }
+        Self { texels: texels.into_boxed_slice().try_into().expect("as long as it was made") }
     }
 
     /// Side and texels of each level, the largest first.
-    pub fn levels(&self) -> impl Iterator<Item = (u32, &[u32])> {
-        (0..=self.size_log2).map(|level| {
-            let (start, side) = (self.level_start(level), 1 << (self.size_log2 - level));
-            (side, &self.texels[start..start + (side * side) as usize])
-        })
+    pub fn levels(&self) -> impl Iterator<Item = (usize, &[u32])> {
+        let sides = core::iter::successors(Some(SIDE), |side| (*side > 1).then_some(side / 2));
+        sides.map(|side| (side, &self.texels[side * side..2 * side * side]))
     }
 
-    /// Index of a level's first texel: 4ⁿ + 4ⁿ⁻¹ + … over the levels before it.
-    #[inline(always)]
-    fn level_start(&self, level: u32) -> usize {
-        let all = 4usize << (2 * self.size_log2);
-        (all - (all >> (2 * level))) / 3
-    }
-
-    /// Bilinear in the nearest mip level: OpenGL's `LINEAR_MIPMAP_NEAREST`; for |uv| < 2¹⁴ / size.
+    /// Bilinear in the nearest mip level: OpenGL's `LINEAR_MIPMAP_NEAREST`; for |uv| < 16.
     #[inline(always)]
     #[must_use]
     pub fn sample(&self, uv: Vec2, dx: Vec2, dy: Vec2) -> u32 {
+        const SIDE_LOG2: u32 = SIDE.ilog2();
         // round(log₂ ρ) = ⌊log₂(2ρ²) / 2⌋, and the exponent of a float is ⌊log₂⌋. The longer step counts.
-        let rho2 = dx.length_squared().max(dy.length_squared()) * (1u32 << (2 * self.size_log2)) as f32;
-        let exponent = ((2.0 * rho2).max(1.0).to_bits() >> 23) - 127;
-        let level = (exponent / 2).min(self.size_log2);
-        let side_log2 = self.size_log2 - level;
+        let longer = |a: f32, b: f32| if a > b { a } else { b };
+        let rho2 = longer(dx.length_squared(), dy.length_squared()) * (SIDE * SIDE) as f32;
+        let exponent = (longer(2.0 * rho2, 1.0).to_bits() >> 23) - 127;
+        let level = (exponent / 2).min(SIDE_LOG2);
+        // The level's side, as a float of that exponent and as an integer.
+        let side = f32::from_bits((127 + SIDE_LOG2 - level) << 23);
+        let side_bits = (side + ROUND).to_bits() & (2 * SIDE as u32 - 1);
 
         // 24.8 fixed point from the first texel's centre; `mask` repeats the texture.
-        let (side, mask) = ((1u32 << side_log2) as f32, (1u32 << side_log2) - 1);
+        let mask = side_bits - 1;
         let texel = uv * (side * 256.0) - 128.0;
         let (x, y) = ((texel.x + ROUND_SIGNED).to_bits(), (texel.y + ROUND_SIGNED).to_bits());
         let (x0, y0) = ((x >> 8) & mask, (y >> 8) & mask);
         let (x1, y1) = ((x0 + 1) & mask, (y0 + 1) & mask);
 
-        let level = &self.texels[self.level_start(level)..];
-        let fetch = |x: u32, y: u32| level[(y << side_log2 | x) as usize];
-        let top = mix(fetch(x0, y0), fetch(x1, y0), x & 0xFF);
-        let bottom = mix(fetch(x0, y1), fetch(x1, y1), x & 0xFF);
+        let (row0, row1) = ((side_bits + y0) * side_bits, (side_bits + y1) * side_bits);
+        let fetch = |row: u32, x: u32| self.texels[(row + x) as usize & (2 * SIDE * SIDE - 1)];
+        let top = mix(fetch(row0, x0), fetch(row0, x1), x & 0xFF);
+        let bottom = mix(fetch(row1, x0), fetch(row1, x1), x & 0xFF);
         mix(top, bottom, y & 0xFF)
     }
 }
