@@ -165,7 +165,14 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let (colors, depths) = match &work {
                 Work::Rows(_, band, at) if at.gathered.is_empty() => {
                     let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, len);
-                    (run.color, run.depth)
+                    if Self::MAY_READ {
+                        if BLENDS {
+                            copy(packet.colors, run.color);
+                        }
+                        (&mut packet.colors[..], &mut packet.depths[..])
+                    } else {
+                        (run.color, run.depth)
+                    }
                 }
                 _ => (&mut packet.colors[..], &mut packet.depths[..]),
             };
@@ -204,18 +211,37 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             statistics.samples_passed += u64::from(kept);
 
             if (kept as usize) < len {
-                self.restore(&work, packet);
+                self.restore(&work, (begin, end), packet);
             }
             match &mut work {
                 Work::Tiny(tiny, len) => return self.write_tiny(tiny, *len, packet),
+                Work::Rows(_, band, at) if at.gathered.is_empty() => {
+                    if Self::MAY_READ {
+                        let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, len);
+                        copy(run.color, packet.colors);
+                        if self.test.writes() {
+                            copy(run.depth, packet.depths);
+                        }
+                    }
+                }
                 Work::Rows(_, band, at) => self.write_rows(band, at, packet),
             }
         }
     }
 
-    /// Gives discarded fragments the pixels that are there: they are about to be written with the others.
+    /// Whether the closure holds anything, say a texture, and so may read memory. For all that the compiler knows, that is
+    /// the framebuffer's, which the loop would write to: it would not become SIMD. So such a closure shades into the
+    /// packet's pixels, which nobody else can see; others spare themselves the copy.
+    const MAY_READ: bool = size_of::<S>() > 0;
+
+    /// Gives discarded fragments of the packet the pixels that are there: they are about to be written with the others.
     #[inline(always)]
-    fn restore<V: Varyings>(&mut self, work: &Work<'_, V>, packet: &mut Packet<'_, F::Color, F::Depth>) {
+    fn restore<V: Varyings>(
+        &mut self,
+        work: &Work<'_, V>,
+        (begin, end): (usize, usize),
+        packet: &mut Packet<'_, F::Color, F::Depth>,
+    ) {
         let Packet { colors, depths, discarded, places, .. } = packet;
         let mut restore = |at: usize, x: i32, y: i32| {
             let run = self.target.run(x, y, 1);
@@ -230,6 +256,13 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 for (at, &place) in places.iter().enumerate().take(*len) {
                     let (dx, dy) = place_of(place);
                     restore(at, tiny.x + dx, tiny.y + dy);
+                }
+            }
+            Work::Rows(_, band, at) if at.gathered.is_empty() => {
+                if Self::MAY_READ {
+                    for (i, x) in (0..end - begin).zip(at.x + begin as i32..) {
+                        restore(i, x, band.y + at.lane as i32);
+                    }
                 }
             }
             Work::Rows(_, band, at) => {

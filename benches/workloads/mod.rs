@@ -414,15 +414,17 @@ pub fn lit_texture(texture: &Texture, varyings: Lit, dx: Vec2, dy: Vec2) -> u32 
 #[must_use]
 pub fn blend(over: [f32; 4], under: u32) -> u32 {
     let rest = 1.0 - over[3];
+    // No clamp: a channel is at most alpha, and so the sum at most 1 and a rounding error.
     let channel = |over: f32, shift: u32| {
-        let under = ((under >> shift) & 0xFF) as f32 * (1.0 / 255.0);
-        ((over + under * rest).clamp(0.0, 1.0) * 255.0 + ROUND).to_bits() & 0xFF
+        let under = ((under >> shift) & 0xFF) as f32;
+        ((over * 255.0 + under * rest) + ROUND).to_bits() & 0xFF
     };
     channel(over[0], 0) | channel(over[1], 8) << 8 | channel(over[2], 16) << 16 | channel(over[3], 24) << 24
 }
 
 /// Side of the texture's largest level.
-const SIDE: usize = 1024;
+const SIDE: usize = 1 << SIDE_LOG2;
+const SIDE_LOG2: u32 = 10;
 
 /// A square texture that repeats, RGBA8, with all its mip levels.
 ///
@@ -438,9 +440,8 @@ impl Texture {
     /// Two crossing waves: soft, so that the choice of a level at its limits hardly shows.
     #[must_use]
     pub fn waves() -> Self {
-        let wave = |i: usize, n: usize| {
-            0.5 + 0.5 * (core::f32::consts::TAU * (i * n) as f32 / SIDE as f32).sin()
-        };
+        let wave =
+            |i: usize, n: usize| 0.5 + 0.5 * (core::f32::consts::TAU * (i * n) as f32 / SIDE as f32).sin();
         let mut level: Vec<Vec4> = (0..SIDE * SIDE)
             .map(|i| {
                 let (x, y) = (i % SIDE, i / SIDE);
@@ -475,7 +476,6 @@ impl Texture {
     #[inline(always)]
     #[must_use]
     pub fn sample(&self, uv: Vec2, dx: Vec2, dy: Vec2) -> u32 {
-        const SIDE_LOG2: u32 = SIDE.ilog2();
         // round(log₂ ρ) = ⌊log₂(2ρ²) / 2⌋, and the exponent of a float is ⌊log₂⌋. The longer step counts.
         let longer = |a: f32, b: f32| if a > b { a } else { b };
         let rho2 = longer(dx.length_squared(), dy.length_squared()) * (SIDE * SIDE) as f32;
@@ -483,7 +483,7 @@ impl Texture {
         let level = (exponent / 2).min(SIDE_LOG2);
         // The level's side, as a float of that exponent and as an integer.
         let side = f32::from_bits((127 + SIDE_LOG2 - level) << 23);
-        let side_bits = (side + ROUND).to_bits() & (2 * SIDE as u32 - 1);
+        let side_bits = (side + ROUND).to_bits() & ((2 << SIDE_LOG2) - 1);
 
         // 24.8 fixed point from the first texel's centre; `mask` repeats the texture.
         let mask = side_bits - 1;
@@ -504,7 +504,7 @@ impl Texture {
 #[inline(always)]
 fn mix(a: u32, b: u32, t: u32) -> u32 {
     let even = |c: u32| c & 0x00FF_00FF;
-    let pair = |a: u32, b: u32| a * (256 - t) + b * t;
+    let pair = |a: u32, b: u32| (a << 8).wrapping_add(b.wrapping_sub(a).wrapping_mul(t));
     even(pair(even(a), even(b)) >> 8) | pair(even(a >> 8), even(b >> 8)) & 0xFF00_FF00
 }
 

@@ -2,7 +2,7 @@
 //! a packed root is a shading loop that became SIMD.
 
 use halfplane::glam::{Vec2, Vec3, Vec4};
-use halfplane::{Fragment, Primitives, Rasterizer, Surface, Varyings, Viewport, pack_rgba8};
+use halfplane::{Fragment, Primitives, Rasterizer, Surface, Varyings, Viewport, floor_to_i32, pack_rgba8};
 
 /// A user's own varyings.
 #[derive(Clone, Copy)]
@@ -12,6 +12,11 @@ pub struct Lit {
 }
 
 halfplane::varyings!(Lit { normal, uv });
+
+/// A texture of one channel.
+pub struct Texture {
+    pub texels: Box<[u32; 64 * 64]>,
+}
 
 /// What is drawn, and where.
 pub struct Scene<'a, V> {
@@ -60,6 +65,20 @@ pub fn packed_weights(scene: &mut Scene<'_, Vec2>) -> bool {
     draw(scene, |fragment, _| {
         let ([a, b, _], [p, _, r]) = (fragment.weights(), fragment.barycentrics());
         pack_rgba8(Vec4::new(a, b, (p * p + r * r).sqrt(), 1.0))
+    })
+}
+
+/// What the closure holds might be the framebuffer, for all that the compiler knows. And the index needs no check.
+#[inline(never)]
+pub fn packed_texture(scene: &mut Scene<'_, Vec2>, texture: &Texture) -> bool {
+    draw(scene, |fragment, _| {
+        let uv = fragment.varyings() * 64.0;
+        let (x, y) = (floor_to_i32(uv.x), floor_to_i32(uv.y));
+        let texel = |x: i32, y: i32| f32::from_bits(texture.texels[(y as usize & 63) << 6 | x as usize & 63]);
+        let (s, t) = (uv.x - x as f32, uv.y - y as f32);
+        let mix = |y: i32| texel(x, y) + (texel(x + 1, y) - texel(x, y)) * s;
+        let gray = mix(y) + (mix(y + 1) - mix(y)) * t;
+        pack_rgba8(Vec4::new(gray, gray, length(uv), 1.0))
     })
 }
 
