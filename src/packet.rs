@@ -27,7 +27,8 @@ pub(crate) struct Packet<'a, C, D> {
     pub(crate) z: &'a mut [f32; PACKET],
     pub(crate) x: &'a mut [i32; PACKET],
     pub(crate) y: &'a mut [i32; PACKET],
-    /// A packet of several rows has its pixels here until all are shaded.
+    /// Its pixels, until all are shaded and written: of several rows, of a tiny triangle, or for a closure that may read
+    /// memory.
     pub(crate) colors: &'a mut [C; PACKET],
     pub(crate) depths: &'a mut [D; PACKET],
     /// Which of them were discarded: not 0. All are 0 between packets.

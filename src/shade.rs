@@ -1,11 +1,12 @@
 //! The fragment half of a draw: depth test, closure, and the caller's memory.
 //!
 //! Where there is SIMD, fragments of one triangle are collected into *packets*: arrays of the numbers that shading starts
-//! from. Filling them, testing depth and shading are three separate loops without branches, and there is one shading loop
-//! only, so the compiler inlines the closure into it and makes SIMD of the whole. A packet is either
+//! from. Filling them and shading are separate loops without branches, and there is one shading loop only, so the
+//! compiler inlines the closure into it and makes SIMD of the whole. A packet is either
 //!
-//! * a stretch of one row: depth is tested for all of it at once. If all fragments pass, as most often, they are shaded
-//!   straight into the framebuffer; if none, the stretch is done; if some, each run of fragments that pass is shaded;
+//! * a stretch of one row: depth is tested for all of it at once. If all fragments pass, as most often, they are shaded,
+//!   straight into the framebuffer where that is safe; if none, the stretch is done; if some, each run of fragments that
+//!   pass is shaded;
 //! * up to eight rows of a triangle no wider than 64 pixels, in windows of eight pixels, if all fragments of them pass:
 //!   shaded as one packet and then written through the windows. A row at a time, such triangles would cost more in loops
 //!   than in shading; or
