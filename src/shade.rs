@@ -313,6 +313,10 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let mut filled = 0;
         for (row, number) in (0..tiny.rows).zip(0..) {
             let run = self.target.run(tiny.x, tiny.y + row, room);
+            if !BLENDS {
+                // Its cache line, which is about to be written, comes while depth is tested.
+                black_box(run.color.first().copied());
+            }
             let chosen = match run.depth.first_chunk() {
                 Some(depths) if run.color.len() >= WINDOW => {
                     tiny.chosen::<_, N>(row, plane, self.test, depths)
