@@ -161,11 +161,14 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     }
                 },
             };
-            let len = end - begin;
+            let asked = end - begin;
+            let mut len = asked;
             // And where it goes: into the framebuffer, or into the packet's own pixels.
             let (colors, depths) = match &work {
                 Work::Rows(_, band, at) if at.gathered.is_empty() => {
-                    let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, len);
+                    let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, asked);
+                    // Fewer if the framebuffer lends fewer.
+                    len = len.min(run.color.len()).min(run.depth.len());
                     if Self::MAY_READ {
                         if BLENDS {
                             copy(packet.colors, run.color);
@@ -177,6 +180,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 }
                 _ => (&mut packet.colors[..], &mut packet.depths[..]),
             };
+            let end = begin + len;
             let (Some(colors), Some(depths), Some(discarded)) =
                 (colors.get_mut(..len), depths.get_mut(..len), packet.discarded.get_mut(..len))
             else {
@@ -218,10 +222,10 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 Work::Tiny(tiny, len) => return self.write_tiny(tiny, *len, packet),
                 Work::Rows(_, band, at) if at.gathered.is_empty() => {
                     if Self::MAY_READ {
-                        let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, len);
-                        copy(run.color, packet.colors);
+                        let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, asked);
+                        copy(run.color, packet.colors.get(..len).unwrap_or_default());
                         if self.test.writes() {
-                            copy(run.depth, packet.depths);
+                            copy(run.depth, packet.depths.get(..len).unwrap_or_default());
                         }
                     }
                 }

@@ -395,7 +395,7 @@ impl<T: Real> Lines<T> {
 /// Edges of a triangle of at most [`COMPACT`] pixels and 2³¹ squared subpixels, relative to the top left pixel of its
 /// bounds, all in integers of 32 bits: for targets without several `f32` at a time.
 ///
-/// As in [`Small`], floor((E + bias) / 256) keeps the sign test: its magnitude is at most 2 · 1024² · 256 = 2²⁹.
+/// As in [`Lines`], floor((E + bias) / 256) keeps the sign test: its magnitude is at most 2 · 1024² · 256 = 2²⁹.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Compact {
     x: i32,

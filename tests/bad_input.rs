@@ -646,6 +646,50 @@ fn framebuffers_that_lend_too_much_are_drawn_no_farther_than_the_triangle() {
     }
 }
 
+/// Found in a review: pixels that were lent beyond the request were written to, if the closure held something. And those of
+/// a framebuffer that lends half of every request were drawn, or not, by what the closure held.
+#[test]
+fn what_is_lent_is_drawn_alike_whatever_the_closure_holds() {
+    /// Lends half of what it is asked for, or the rest of the row.
+    struct Whim {
+        color: Vec<u32>,
+        depth: Vec<f32>,
+        lends_half: bool,
+    }
+    impl Framebuffer for Whim {
+        type Color = u32;
+        type Depth = f32;
+        fn area(&self) -> Rect {
+            Rect::of_size(128, 16)
+        }
+        fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, u32, f32> {
+            let (x, y) = (x.unsigned_abs() as usize, y.unsigned_abs() as usize);
+            let end = if self.lends_half { x + len.div_ceil(2) } else { 128 };
+            let place = 128 * y + x..128 * y + end;
+            Run { color: &mut self.color[place.clone()], depth: &mut self.depth[place] }
+        }
+    }
+    let frame = Frame::new(128, 16);
+    let half = [[0.0, 0.0], [0.0, 16.0], [128.0, 0.0]].map(|point| frame.at(point));
+    let rasterizer = Rasterizer::<()>::new(frame.viewport());
+    for lends_half in [false, true] {
+        let empty = || Whim { color: vec![0; 128 * 16], depth: vec![1.0; 128 * 16], lends_half };
+        let (mut one, mut other, mut third) = (empty(), empty(), empty());
+        let of_none = rasterizer.draw(&mut one, Primitives::list(), half, (), |_| 7u32);
+        let held = core::hint::black_box(7u32);
+        let of_some = rasterizer.draw(&mut other, Primitives::list(), half, (), |_| held);
+        let nothing =
+            rasterizer.draw(&mut third, Primitives::list(), half, (), |_| (held == 0).then_some(held));
+        let drawn = one.color.iter().filter(|&&color| color == 7).count();
+        assert!(one.color == other.color && one.depth == other.depth, "pixels, {lends_half}");
+        assert_eq!(of_none.expect("legal").samples_passed, drawn as u64, "{lends_half}");
+        assert_eq!(of_some.expect("legal").samples_passed, drawn as u64, "{lends_half}");
+        assert_eq!(nothing.expect("legal").samples_passed, 0, "all discarded");
+        assert!(third.depth.iter().all(|&depth| depth == 1.0), "{lends_half}");
+        assert!(if lends_half { drawn > 0 } else { drawn == 128 * 16 / 2 }, "{drawn}");
+    }
+}
+
 /// Found by this file, together with a loop without end: depths without a colour do not count, and do not let others pass.
 #[test]
 fn framebuffers_with_more_depths_than_colours_draw_what_passes() {
