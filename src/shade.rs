@@ -118,6 +118,11 @@ impl<'a, V: Varyings> Band<'a, V> {
 }
 
 impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BLENDS> {
+    /// Whether the closure holds anything, say a texture, and so may read memory. For all that the compiler knows, that is
+    /// the framebuffer's, which the loop would write to: it would not become SIMD. So such a closure shades into the
+    /// packet's pixels, which nobody else can see; others spare themselves the copy.
+    const MAY_READ: bool = size_of::<S>() > 0;
+
     /// Draws a triangle.
     #[inline(always)]
     pub(crate) fn draw<V, R>(
@@ -171,7 +176,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     len = len.min(run.color.len()).min(run.depth.len());
                     if Self::MAY_READ {
                         if BLENDS {
-                            copy(packet.colors, run.color);
+                            copy(packet.colors, run.color.get(..len).unwrap_or_default());
                         }
                         (&mut packet.colors[..], &mut packet.depths[..])
                     } else {
@@ -233,11 +238,6 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
         }
     }
-
-    /// Whether the closure holds anything, say a texture, and so may read memory. For all that the compiler knows, that is
-    /// the framebuffer's, which the loop would write to: it would not become SIMD. So such a closure shades into the
-    /// packet's pixels, which nobody else can see; others spare themselves the copy.
-    const MAY_READ: bool = size_of::<S>() > 0;
 
     /// Gives discarded fragments of the packet the pixels that are there: they are about to be written with the others.
     #[inline(always)]

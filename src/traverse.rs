@@ -16,7 +16,7 @@ use core::num::NonZeroU32;
 use core::ops::{Add, Mul, Neg, Sub};
 
 use crate::edge::EdgeFunction;
-use crate::project::{ProjectedVertex, round};
+use crate::project::{ProjectedVertex, ROUNDING, round};
 use crate::setup::{Setup, sample_bounds};
 use crate::target::{DOMAIN, EXTENT, Rect};
 use crate::triple::each;
@@ -203,14 +203,14 @@ fn anchors_at_end(setup: &Setup) -> bool {
 pub(crate) trait Real:
     Copy + PartialOrd + Neg<Output = Self> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
 {
-    /// As many times smaller than the edge function is what rows are solved from. All steps of E by a pixel are multiples
-    /// of 256 subpixels, so E mod 256 is the same at every sample, and floor(E / 256) keeps the sign test.
+    /// What edge functions are divided by, rounded down, before rows are solved from them: 1, or 256, by which E changes
+    /// from sample to sample. So E mod 256 is the same at every sample, and floor(E / 256) keeps the sign.
     const UNIT: i64;
 
     /// More columns than the widest triangle has.
     const BEYOND: Self;
 
-    /// A number whose last bit counts ones: added to another, it rounds that to an integer.
+    /// A number whose last bit counts ones: added to another, it rounds that to an integer. See [`round`].
     const ROUNDING: Self;
 
     /// Of an integer that it holds exactly.
@@ -226,7 +226,7 @@ pub(crate) trait Real:
 impl Real for f32 {
     const UNIT: i64 = 256;
     const BEYOND: Self = 64.0;
-    const ROUNDING: Self = 12_582_912.0;
+    const ROUNDING: Self = ROUNDING;
 
     #[inline(always)]
     fn of(x: i64) -> Self {
@@ -247,7 +247,7 @@ impl Real for f32 {
 impl Real for f64 {
     const UNIT: i64 = 1;
     const BEYOND: Self = (2 * EXTENT + 1) as Self;
-    const ROUNDING: Self = 6_755_399_441_055_744.0;
+    const ROUNDING: Self = 1.5 * (1u64 << 52) as Self;
 
     #[inline(always)]
     fn of(x: i64) -> Self {
