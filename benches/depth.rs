@@ -1,11 +1,12 @@
-//! Draws of depth alone: all samples pass, none does, or every second column does; in each format.
+//! Draws of depth alone: all samples pass, none does, or every second column does; in each format. And draws behind what
+//! is there, with coarse depth and without.
 
 mod common;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use halfplane::{
-    Depth24, DepthFormat, DepthTest, Greater, LessOrEqual, Primitives, Rasterizer, ReadOnly, Surface,
-    Viewport,
+    CoarseDepth, Depth24, DepthFormat, DepthTest, Fragment, Greater, Less, LessOrEqual, Primitives,
+    Rasterizer, ReadOnly, Rect, Statistics, Surface, Viewport,
 };
 
 fn main() {
@@ -17,6 +18,9 @@ fn main() {
             format::<u16>(criterion, "u16", size);
             format::<Depth24>(criterion, "depth24", size);
             format::<u32>(criterion, "u32", size);
+        }
+        for size in [64, 256, 1024] {
+            hidden(criterion, size);
         }
     });
 }
@@ -58,4 +62,32 @@ fn bench<D: DepthFormat>(
     assert_eq!(draw().samples_passed, passing, "{name} of {size}, by a closure");
     let name = format!("{name}_by_closure");
     group.bench_function(BenchmarkId::new(name, size), |bencher| bencher.iter(&mut draw));
+}
+
+/// A closure behind what is there: with each depth compared, and with coarse depth.
+fn hidden(criterion: &mut Criterion, size: u32) {
+    let viewport = Viewport::of_size(size, size).expect("a small size");
+    let front = Rasterizer::<()>::new(viewport.with_depth_range(0.0, 0.1).expect("in 0..=1"));
+    let behind = Rasterizer::<()>::new(viewport);
+    let primitives = Primitives::list().indexed(&common::SQUARE_INDICES);
+    let mut group = criterion.benchmark_group("depth");
+    group.throughput(Throughput::Elements(u64::from(size * size)));
+    let (mut color, mut depth) = (vec![0u32; (size * size) as usize], vec![1.0; (size * size) as usize]);
+    let mut bounds = vec![1.0; CoarseDepth::bounds_len(Rect::of_size(size, size))];
+    let surface = Surface::new(&mut color, &mut depth, size, size).expect("of this size");
+    let mut target = CoarseDepth::new(surface, &mut bounds, Less).expect("enough for all");
+    front.draw_depth(&mut target, primitives, common::SQUARE).expect("valid indices");
+
+    let mut draw = |name: &str, target: &mut dyn FnMut() -> Statistics| {
+        assert_eq!(target().fragments, 0, "{name} of {size}");
+        group.bench_function(BenchmarkId::new(name, size), |bencher| bencher.iter(&mut *target));
+    };
+    let shade = |fragment: Fragment<'_, ()>| fragment.x().unsigned_abs();
+    draw("hidden_coarse", &mut || {
+        behind.draw(&mut target, primitives, &common::SQUARE, (), shade).expect("valid indices")
+    });
+    let mut target = Surface::new(&mut color, &mut depth, size, size).expect("of this size");
+    draw("hidden", &mut || {
+        behind.draw(&mut target, primitives, &common::SQUARE, (), shade).expect("valid indices")
+    });
 }

@@ -19,7 +19,7 @@ use std::time::Instant;
 use criterion::{BenchmarkId, Throughput};
 
 use draw::Canvas;
-use workloads::{CLEAR_COLOR, CLEAR_DEPTH, HEIGHT, Mesh, WIDTH, Workload};
+use workloads::{HEIGHT, Mesh, WIDTH, Workload};
 
 /// Samples that pass the depth test.
 const FRAGMENTS: [(&str, u64); 9] = [
@@ -52,7 +52,7 @@ fn main() {
                 bencher.iter_custom(|frames| {
                     let mut time = Duration::ZERO;
                     for _ in 0..frames {
-                        clear(&mut canvas);
+                        canvas.clear();
                         let start = Instant::now();
                         canvas.draw(&workload, 0..HEIGHT);
                         time += start.elapsed();
@@ -70,18 +70,13 @@ fn teapot() -> Mesh {
     Mesh { positions, normals, uvs, indices }
 }
 
-fn clear(canvas: &mut Canvas) {
-    canvas.color.fill(CLEAR_COLOR);
-    canvas.depth.fill(CLEAR_DEPTH);
-}
-
 /// Draws it whole and in three bands, which must give the same bits; how many samples passed. (That it is the right picture
 /// is what `benches/peers` asks the others.)
 fn check(canvas: &mut Canvas, workload: &Workload) -> u64 {
-    clear(canvas);
+    canvas.clear();
     let samples = canvas.draw(workload, 0..HEIGHT).samples_passed;
     let whole = (canvas.color.clone(), canvas.depth.clone());
-    clear(canvas);
+    canvas.clear();
     let bands = [0..1, 1..601, 601..HEIGHT];
     let in_bands: u64 = bands.map(|rows| canvas.draw(workload, rows).samples_passed).iter().sum();
     assert_eq!(samples, in_bands, "{}", workload.name);

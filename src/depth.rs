@@ -148,6 +148,13 @@ pub trait DepthTest: Copy {
     fn writes(self) -> bool {
         true
     }
+
+    /// Which of the eight comparisons [`passes`](Self::passes) is, if it is one: what [`CoarseDepth`](crate::CoarseDepth)
+    /// goes by.
+    #[inline(always)]
+    fn compare(self) -> Option<CompareOp> {
+        None
+    }
 }
 
 macro_rules! compare_types {
@@ -160,6 +167,11 @@ macro_rules! compare_types {
             #[inline(always)]
             fn passes<D: PartialOrd>(self, $new: D, $old: D) -> bool {
                 $passes
+            }
+
+            #[inline(always)]
+            fn compare(self) -> Option<CompareOp> {
+                Some(CompareOp::$name)
             }
         }
     )*};
@@ -197,6 +209,11 @@ impl<T: DepthTest> DepthTest for ReadOnly<T> {
     #[inline(always)]
     fn writes(self) -> bool {
         false
+    }
+
+    #[inline(always)]
+    fn compare(self) -> Option<CompareOp> {
+        self.0.compare()
     }
 }
 
@@ -257,6 +274,11 @@ impl DepthTest for DepthState {
     #[inline(always)]
     fn writes(self) -> bool {
         self.write
+    }
+
+    #[inline(always)]
+    fn compare(self) -> Option<CompareOp> {
+        Some(self.compare)
     }
 }
 

@@ -4,6 +4,7 @@
 #![expect(clippy::cast_possible_truncation, reason = "lanes are under 2⁴")]
 #![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
 
+use crate::coarse::{Coarse, DepthRow, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::packet::copy;
 use crate::plane::DepthPlane;
@@ -20,6 +21,14 @@ pub(crate) struct DepthPass<'a, F, T> {
     pub(crate) target_area: Rect,
     pub(crate) render_area: Rect,
     pub(crate) test: T,
+    pub(crate) coarse: Coarse,
+}
+
+/// How many fragments passed, in windows, lane by lane, and outside of them.
+#[derive(Debug, Default)]
+struct Passed {
+    windows: [u32; WINDOW],
+    alone: [u32; 1],
 }
 
 impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
@@ -32,7 +41,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
         let (area, bounds, solver) = (self.render_area, setup.bounds(), Solver::new(setup));
         let (left, right) = (area.x, area.right());
         let (mut top, bottom) = (area.y.max(bounds.y), area.bottom().min(bounds.bottom()));
-        let (mut passed, mut passed_alone) = ([0; WINDOW], [0]);
+        let mut passed = Passed::default();
         while top < bottom {
             let rows = solver.solve(top);
             let mut z = [0.0; LANES];
@@ -41,30 +50,51 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
             }
             for lane in 0..LANES.min((bottom - top) as usize) {
                 let (start, end) = (rows.start[lane].max(left), rows.end[lane].min(right));
-                let (mut x, y, mut has_windows) = (start, top + lane as i32, true);
+                let row = DepthRow { plane, y: top + lane as i32, z: z[lane], anchor: rows.anchor[lane] };
+                let (mut x, mut is_covered) = (start, start < end);
+                let mut hidden = Hidden::default();
                 while x < end {
-                    let z = (z[lane], (x - rows.anchor[lane]) as f32);
-                    // A window may reach over the row's end, but not over the framebuffer's border.
-                    if has_windows && x + WINDOW as i32 <= self.target_area.right() {
-                        let run = self.target.run(x, y, WINDOW);
-                        let Some(depths) = run.depth.first_chunk_mut() else {
-                            // A framebuffer that lends less is drawn as far as it goes.
-                            has_windows = false;
-                            continue;
-                        };
-                        test_window(self.test, depths, end - x, plane, z, &mut passed);
-                        x += WINDOW as i32;
-                    } else {
-                        let run = self.target.run(x, y, 1);
-                        let Some(depth) = run.depth.first_mut() else { break };
-                        test_window(self.test, core::array::from_mut(depth), 1, plane, z, &mut passed_alone);
-                        x += 1;
+                    if x == start || x >= hidden.right() {
+                        hidden = self.coarse.hidden(self.target, row, (x, end));
                     }
+                    let (len, is_hidden) = self.coarse.stretch(hidden, (x, end), i32::MAX);
+                    is_covered &= is_hidden || self.draw_stretch(row, (x, x + len), &mut passed);
+                    x += len;
+                }
+                if is_covered && self.coarse.learns {
+                    self.coarse.learn(self.target, row, (start, end));
                 }
             }
             top += LANES as i32;
         }
-        passed.iter().chain(&passed_alone).map(|&lane| u64::from(lane)).sum()
+        passed.windows.iter().chain(&passed.alone).map(|&lane| u64::from(lane)).sum()
+    }
+
+    /// Draws columns `x .. end` of a row. Whether the framebuffer lends all of them.
+    #[inline(always)]
+    fn draw_stretch(&mut self, row: DepthRow<'_>, (mut x, end): (i32, i32), passed: &mut Passed) -> bool {
+        let mut has_windows = true;
+        while x < end {
+            let z = (row.z, (x - row.anchor) as f32);
+            // A window may reach over the row's end, but not over the framebuffer's border.
+            if has_windows && x + WINDOW as i32 <= self.target_area.right() {
+                let run = self.target.run(x, row.y, WINDOW);
+                let Some(depths) = run.depth.first_chunk_mut() else {
+                    // A framebuffer that lends less is drawn as far as it goes.
+                    has_windows = false;
+                    continue;
+                };
+                test_window(self.test, depths, end - x, row.plane, z, &mut passed.windows);
+                x += WINDOW as i32;
+            } else {
+                let run = self.target.run(x, row.y, 1);
+                let Some(depth) = run.depth.first_mut() else { return false };
+                let depth = core::array::from_mut(depth);
+                test_window(self.test, depth, 1, row.plane, z, &mut passed.alone);
+                x += 1;
+            }
+        }
+        true
     }
 
     /// Draws a tiny triangle. Gives how many fragments passed.

@@ -79,6 +79,7 @@ mod edge;
 mod setup;
 mod plane;
 mod tiny;
+mod coarse;
 mod traverse;
 mod interpolate;
 mod fragment;
@@ -95,6 +96,7 @@ mod convert;
 
 pub use bins::{BinError, Binned, Bins};
 pub use clip::DepthClip;
+pub use coarse::CoarseDepth;
 pub use convert::{
     floor_to_i32, linear_to_srgb8, pack_bgra8, pack_rgb565, pack_rgba8, pack_srgba8, srgb8_to_linear,
     unpack_rgba8, unpack_srgba8, wrap,
@@ -112,7 +114,7 @@ pub use project::{Positions, Projected, ProjectedVertex, SUBPIXELS};
 pub use rasterizer::{DrawError, Rasterizer};
 pub use setup::{Coverage, Setup};
 pub use state::{CullMode, FrontFace, ProvokingVertex, Statistics};
-pub use target::{Absent, Bands, EXTENT, Framebuffer, Plane, Rect, Run, Surface, SurfaceError};
+pub use target::{Absent, Bands, Bounds, EXTENT, Framebuffer, Plane, Rect, Run, Surface, SurfaceError};
 pub use tiles::{Grid, GridError, TileSurfaces};
 pub use traverse::Span;
 pub use vertex::{Attribute, Attributes, Computed};

@@ -6,6 +6,7 @@ use core::marker::PhantomData;
 use glam::Vec4;
 
 use crate::clip::DepthClip;
+use crate::coarse::Coarse;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
 use crate::depth_pass::DepthPass;
 use crate::fan::{Fan, History, Piece};
@@ -408,7 +409,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let limits = self.viewport.depth_limits();
         let mut geometry = self.geometry(primitives, positions, &(), render_area)?;
         let mut fan = None;
-        let mut pass = DepthPass { target, target_area, render_area, test: self.depth_test };
+        let coarse = Coarse::new(target, render_area, self.depth_test);
+        let mut pass = DepthPass { target, target_area, render_area, test: self.depth_test, coarse };
         let mut passed = 0;
         while let Some(piece) = geometry.next(&mut fan) {
             let setup = piece.setup;
@@ -532,9 +534,16 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             discarded: &mut [0; PACKET],
             places: &mut [0; PLACES],
         };
-        let test = self.depth_test;
-        let mut shader =
-            Shader::<_, _, _, BLENDS> { target, target_area, render_area, test, shade, expects_all: true };
+        let (test, coarse) = (self.depth_test, Coarse::new(target, render_area, self.depth_test));
+        let mut shader = Shader::<_, _, _, BLENDS> {
+            target,
+            target_area,
+            render_area,
+            test,
+            shade,
+            expects_all: true,
+            coarse,
+        };
         while let Some(Drawable { setup, varyings, identity, pedigree }) = source.next() {
             let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
             let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);

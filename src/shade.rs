@@ -19,6 +19,7 @@
 use core::hint::black_box;
 use core::ops::Range;
 
+use crate::coarse::{Coarse, DepthRow, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
@@ -41,6 +42,7 @@ pub(crate) struct Shader<'a, F, T, S, const BLENDS: bool> {
     pub(crate) shade: S,
     /// Whether all fragments of the last stretch passed: most likely those of the next will.
     pub(crate) expects_all: bool,
+    pub(crate) coarse: Coarse,
 }
 
 /// What is left of a triangle to be shaded: all of a tiny one, which is in the packet already, or row after row.
@@ -101,6 +103,13 @@ impl<'a, V: Varyings> Band<'a, V> {
             self.z[lane] = self.plane.at_edges(self.rows.edges[0][lane], self.rows.edges[1][lane]);
         }
         true
+    }
+
+    /// Depth on a row.
+    #[inline(always)]
+    fn depth(&self, lane: usize) -> DepthRow<'a> {
+        let (z, anchor) = (self.z[lane], self.rows.anchor[lane]);
+        DepthRow { plane: self.plane, y: self.y + lane as i32, z, anchor }
     }
 
     /// How many samples of a row are covered.
@@ -219,6 +228,10 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
             statistics.fragments += len as u64;
             statistics.samples_passed += u64::from(kept);
+            if let Work::Rows(_, _, at) = &mut work {
+                at.is_shaded = true;
+                at.is_discarded |= (kept as usize) < len;
+            }
 
             if (kept as usize) < len {
                 self.restore(&work, (begin, end), packet);
@@ -404,7 +417,14 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
             let is_between_rows = at.len == 0 || at.x + at.len as i32 >= *band.rows.end.get(at.lane)?;
             if is_between_rows {
-                at.lane += usize::from(at.len > 0);
+                if at.len > 0 {
+                    if self.coarse.learns && at.is_shaded && !at.is_discarded {
+                        let columns = (*band.rows.start.get(at.lane)?, *band.rows.end.get(at.lane)?);
+                        self.coarse.learn(self.target, band.depth(at.lane), columns);
+                    }
+                    at.lane += 1;
+                }
+                (at.is_shaded, at.is_discarded) = (false, false);
                 (at.len, at.lent, at.end) = (0, 0, 0);
                 let filled = self.gather_rows(band, at, packet);
                 if filled > 0 {
@@ -418,14 +438,24 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             at.x = if is_between_rows { *band.rows.start.get(at.lane)? } else { at.x + at.len as i32 };
             at.end = 0;
             let lane = at.lane;
-            let len = PACKET.min((band.rows.end[lane] - at.x) as usize);
             let (x, y) = (at.x, band.y + lane as i32);
+            let columns = (x, band.rows.end[lane]);
+            if is_between_rows || x >= at.hidden.right() {
+                at.hidden = self.coarse.hidden(self.target, band.depth(lane), columns);
+            }
+            let (len, is_hidden) = self.coarse.stretch(at.hidden, columns, PACKET as i32);
+            let len = len as usize;
+            if is_hidden {
+                (at.len, at.lent) = (len, 0);
+                continue;
+            }
             let dx = x - band.rows.anchor[lane];
             let row = (band.z[lane], dx as f32);
             let run = self.target.run(x, y, len);
             // A framebuffer that lends less than it was asked for gets no more than that.
             let lent = len.min(run.color.len()).min(run.depth.len());
             (at.len, at.lent) = (len, lent);
+            at.is_discarded |= lent < len;
             let len = lent;
             let old = run.depth.get(..len)?;
             let (plane, last) = (band.plane, row.1 + len as f32 - 1.0);
@@ -623,6 +653,11 @@ struct Progress {
     end: usize,
     /// How much of it the framebuffer lends.
     lent: usize,
+    /// Which segments of the row are known to be hidden.
+    hidden: Hidden,
+    /// Whether any fragment of the row passed so far, and whether any of those was not written.
+    is_shaded: bool,
+    is_discarded: bool,
     /// The rows that the packet holds instead, and where each ends.
     gathered: Range<usize>,
     ends: [usize; LANES],

@@ -107,6 +107,17 @@ pub struct Run<'a, C, D> {
     pub depth: &'a mut [D],
 }
 
+/// What is known of the depths of one row, lent by a [`Framebuffer`].
+#[derive(Debug)]
+pub struct Bounds<'a, D> {
+    /// A bound for each 64 pixels, from the left border of the framebuffer's area on. The depth 1, of upper bounds, or 0,
+    /// of lower ones, says nothing.
+    pub segments: &'a mut [D],
+    /// Whether no depth there is greater, as suits draws with [`Less`](crate::Less). Else none is less. The same for all
+    /// rows.
+    pub are_upper: bool,
+}
+
 /// Memory for a picture.
 ///
 /// **Law**: for every run inside [`area`](Self::area), [`run`](Self::run) lends slices that are exactly `len` long, the
@@ -154,6 +165,14 @@ pub trait Framebuffer {
 
     /// Lends pixels `x .. x + len` of row `y`, which lie inside [`area`](Self::area).
     fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, Self::Color, Self::Depth>;
+
+    /// Lends what it knows of row `y`'s depths. `None`, for all rows, if it keeps no such thing: see
+    /// [`CoarseDepth`](crate::CoarseDepth), which does.
+    #[inline(always)]
+    fn bounds(&mut self, y: i32) -> Option<Bounds<'_, Self::Depth>> {
+        let _ = y;
+        None
+    }
 }
 
 impl<F: Framebuffer + ?Sized> Framebuffer for &mut F {
@@ -167,6 +186,11 @@ impl<F: Framebuffer + ?Sized> Framebuffer for &mut F {
     #[inline(always)]
     fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, F::Color, F::Depth> {
         (**self).run(x, y, len)
+    }
+
+    #[inline(always)]
+    fn bounds(&mut self, y: i32) -> Option<Bounds<'_, F::Depth>> {
+        (**self).bounds(y)
     }
 }
 

@@ -147,7 +147,7 @@ impl Tiny {
 }
 
 /// A NaN with a minus sign and all bits set: to select between it and a number takes one operation less.
-const NEGATIVE: f32 = f32::from_bits(u32::MAX);
+pub(crate) const NEGATIVE: f32 = f32::from_bits(u32::MAX);
 
 /// The columns of the first four lanes.
 pub(crate) const COLUMNS: Vec4 = Vec4::new(0.0, 1.0, 2.0, 3.0);

@@ -4,11 +4,13 @@ use core::ops::Range;
 
 use halfplane::glam::Vec4;
 use halfplane::{
-    Absent, Attributes, Computed, CullMode, Fragment, Primitives, ProjectedVertex, Rasterizer, Rect,
-    Statistics, Surface, Varyings, Viewport,
+    Attributes, CoarseDepth, Computed, CullMode, Fragment, Framebuffer, Less, Primitives, ProjectedVertex,
+    Rasterizer, Rect, Statistics, Surface, Varyings, Viewport,
 };
 
-use crate::workloads::{HEIGHT, Lit, Shading, WIDTH, Workload, blend, checker, lit_checker, lit_texture};
+use crate::workloads::{
+    CLEAR_COLOR, CLEAR_DEPTH, HEIGHT, Lit, Shading, WIDTH, Workload, blend, checker, lit_checker, lit_texture,
+};
 
 halfplane::varyings!(Lit { normal, uv });
 
@@ -16,14 +18,16 @@ halfplane::varyings!(Lit { normal, uv });
 pub struct Canvas {
     pub color: Vec<u32>,
     pub depth: Vec<f32>,
+    bounds: Vec<f32>,
     room: Vec<ProjectedVertex>,
 }
 
 impl Canvas {
-    /// An empty frame.
+    /// A frame to be cleared.
     pub fn new() -> Self {
         let pixels = WIDTH as usize * HEIGHT as usize;
-        Self { color: vec![0; pixels], depth: vec![0.0; pixels], room: Vec::new() }
+        let bounds = CoarseDepth::bounds_len(Rect::of_size(WIDTH, HEIGHT));
+        Self { color: vec![0; pixels], depth: vec![0.0; pixels], bounds: vec![0.0; bounds], room: Vec::new() }
     }
 
     /// Room for the vertices of a workload.
@@ -31,64 +35,77 @@ impl Canvas {
         self.room.resize(workload.positions.len(), ProjectedVertex::default());
     }
 
+    pub fn clear(&mut self) {
+        self.color.fill(CLEAR_COLOR);
+        self.depth.fill(CLEAR_DEPTH);
+        self.bounds.fill(CLEAR_DEPTH);
+    }
+
     /// Draws into all rows, or some; every vertex is transformed and projected first, once.
     pub fn draw(&mut self, workload: &Workload, rows: Range<u32>) -> Statistics {
-        let pixels = (rows.start * WIDTH) as usize..(rows.end * WIDTH) as usize;
-        let area = Rect { x: 0, y: rows.start as i32, width: WIDTH, height: rows.end - rows.start };
-        let (color, depth) = (&mut self.color[pixels.clone()], &mut self.depth[pixels]);
-        let room = &mut self.room;
         match &workload.shading {
-            Shading::DepthOnly => run_depth(workload, depth, area, room),
+            Shading::DepthOnly => self.draw_depth(workload, rows),
             Shading::Checker(uvs) => {
-                run(workload, (color, depth), area, room, uvs.as_slice(), |fragment, _| {
-                    checker(fragment.varyings())
-                })
+                self.draw_opaque(workload, rows, uvs.as_slice(), |fragment| checker(fragment.varyings()))
             }
             Shading::LitChecker(varyings) => {
-                run(workload, (color, depth), area, room, varyings.as_slice(), |fragment, _| {
+                self.draw_opaque(workload, rows, varyings.as_slice(), |fragment| {
                     lit_checker(fragment.varyings())
                 })
             }
             Shading::LitTexture(varyings, texture) => {
-                run(workload, (color, depth), area, room, varyings.as_slice(), |fragment, _| {
+                self.draw_opaque(workload, rows, varyings.as_slice(), |fragment| {
                     let (dx, dy) = (fragment.varyings_dx().uv, fragment.varyings_dy().uv);
                     lit_texture(texture, fragment.varyings(), dx, dy)
                 })
             }
-            Shading::Blend(colors) => {
-                let colors = Computed::new(colors.len(), |i| colors[i].to_array());
-                run(workload, (color, depth), area, room, colors, |fragment, under| {
-                    blend(fragment.varyings(), under)
-                })
-            }
+            Shading::Blend(colors) => self.draw_blended(workload, rows, colors),
         }
     }
-}
 
-/// One draw call.
-fn run<V: Varyings, R: Into<Option<u32>>>(
-    workload: &Workload,
-    (color, depth): (&mut [u32], &mut [f32]),
-    area: Rect,
-    room: &mut [ProjectedVertex],
-    varyings: impl Attributes<Value = V>,
-    shade: impl FnMut(Fragment<'_, V>, u32) -> R,
-) -> Statistics {
-    let mut target = Surface::with_planes(color, depth, area, WIDTH as usize).expect("slices of this size");
-    let rasterizer = rasterizer(workload);
-    let vertices = rasterizer.project(positions(workload), room).expect("prepared");
-    let primitives = Primitives::list().indexed(&workload.indices);
-    rasterizer.draw_over(&mut target, primitives, vertices, varyings, shade).expect("valid indices")
-}
+    /// One draw call.
+    fn draw_opaque<V: Varyings>(
+        &mut self,
+        workload: &Workload,
+        rows: Range<u32>,
+        varyings: impl Attributes<Value = V>,
+        shade: impl FnMut(Fragment<'_, V>) -> u32,
+    ) -> Statistics {
+        let (mut target, room) = self.target(rows);
+        let (rasterizer, primitives) = (rasterizer(workload), Primitives::list().indexed(&workload.indices));
+        let vertices = rasterizer.project(positions(workload), room).expect("prepared");
+        rasterizer.draw(&mut target, primitives, vertices, varyings, shade).expect("valid indices")
+    }
 
-/// One draw call without colour.
-fn run_depth(workload: &Workload, depth: &mut [f32], area: Rect, room: &mut [ProjectedVertex]) -> Statistics {
-    let mut target =
-        Surface::with_planes(Absent::default(), depth, area, WIDTH as usize).expect("a slice of this size");
-    let rasterizer = rasterizer::<()>(workload);
-    let vertices = rasterizer.project(positions(workload), room).expect("prepared");
-    let primitives = Primitives::list().indexed(&workload.indices);
-    rasterizer.draw_depth(&mut target, primitives, vertices).expect("valid indices")
+    /// One draw call over what is there.
+    fn draw_blended(&mut self, workload: &Workload, rows: Range<u32>, colors: &[Vec4]) -> Statistics {
+        let (mut target, room) = self.target(rows);
+        let (rasterizer, primitives) = (rasterizer(workload), Primitives::list().indexed(&workload.indices));
+        let vertices = rasterizer.project(positions(workload), room).expect("prepared");
+        let colors = Computed::new(colors.len(), |i| colors[i].to_array());
+        let shade = |fragment: Fragment<'_, [f32; 4]>, under| blend(fragment.varyings(), under);
+        rasterizer.draw_over(&mut target, primitives, vertices, colors, shade).expect("valid indices")
+    }
+
+    /// One draw call without colour.
+    fn draw_depth(&mut self, workload: &Workload, rows: Range<u32>) -> Statistics {
+        let (mut target, room) = self.target(rows);
+        let (rasterizer, primitives) =
+            (rasterizer::<()>(workload), Primitives::list().indexed(&workload.indices));
+        let vertices = rasterizer.project(positions(workload), room).expect("prepared");
+        rasterizer.draw_depth(&mut target, primitives, vertices).expect("valid indices")
+    }
+
+    /// Some rows of the frame, with coarse depth; and room for vertices.
+    fn target(&mut self, rows: Range<u32>) -> (impl Framebuffer<Color = u32>, &mut [ProjectedVertex]) {
+        let area = Rect { x: 0, y: rows.start as i32, width: WIDTH, height: rows.end - rows.start };
+        let skipped = Rect::of_size(WIDTH, rows.start);
+        let pixels = (rows.start * WIDTH) as usize..(rows.end * WIDTH) as usize;
+        let (color, depth) = (&mut self.color[pixels.clone()], &mut self.depth[pixels]);
+        let bounds = &mut self.bounds[CoarseDepth::bounds_len(skipped)..];
+        let surface = Surface::with_planes(color, depth, area, WIDTH as usize).expect("slices of this size");
+        (CoarseDepth::new(surface, bounds, Less).expect("enough for all"), &mut self.room)
+    }
 }
 
 fn rasterizer<V: Varyings>(workload: &Workload) -> Rasterizer<V> {

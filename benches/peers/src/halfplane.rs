@@ -2,7 +2,7 @@
 
 use crate::contestant::Contestant;
 use crate::draw::Canvas;
-use crate::workloads::{CLEAR_COLOR, CLEAR_DEPTH, HEIGHT, Workload};
+use crate::workloads::{HEIGHT, Workload};
 
 pub struct Halfplane {
     canvas: Canvas,
@@ -28,8 +28,7 @@ impl Contestant for Halfplane {
     }
 
     fn clear(&mut self) {
-        self.canvas.color.fill(CLEAR_COLOR);
-        self.canvas.depth.fill(CLEAR_DEPTH);
+        self.canvas.clear();
     }
 
     fn draw(&mut self, workload: &Workload) {
