@@ -23,6 +23,16 @@ pub(crate) struct Piece {
     pub(crate) in_fan: usize,
 }
 
+impl Piece {
+    /// None at all.
+    pub(crate) const BLANK: Self = Self {
+        setup: Setup::BLANK,
+        vertices: [0; 3],
+        identity: Identity { provoking: 0, is_front_facing: false, primitive: 0 },
+        in_fan: 0,
+    };
+}
+
 /// The corners of a piece of a polygon.
 pub(crate) fn piece_of(polygon: &[Corner], piece: usize) -> Option<[&Corner; 3]> {
     Some([polygon.first()?, polygon.get(piece)?, polygon.get(piece + 1)?])

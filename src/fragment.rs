@@ -14,7 +14,7 @@ use crate::triple::each;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shading<'a, V> {
     /// At the corners, in canonical order.
-    varyings: [V; 3],
+    varyings: &'a [V; 3],
     inv_w: [f32; 3],
     /// Change of each edge function by a pixel right and down.
     step_x: [f32; 3],
@@ -119,7 +119,7 @@ impl<'a, V: Varyings> Shading<'a, V> {
     #[inline(always)]
     pub(crate) fn new(
         setup: &Setup,
-        varyings: [V; 3],
+        varyings: &'a [V; 3],
         identity: Identity,
         pedigree: Option<&'a Pedigree>,
     ) -> Self {
@@ -142,6 +142,21 @@ impl<'a, V: Varyings> Shading<'a, V> {
             primitive: identity.primitive,
             pedigree,
         }
+    }
+
+    /// The values at the corners.
+    #[inline(always)]
+    pub(crate) fn varyings(&self) -> &[V; 3] {
+        self.varyings
+    }
+
+    /// The same with the values somewhere else.
+    #[inline(always)]
+    pub(crate) fn with_varyings<'b>(self, varyings: &'b [V; 3]) -> Shading<'b, V>
+    where
+        'a: 'b,
+    {
+        Shading { varyings, ..self }
     }
 
     /// Weights over the vertices given to setup, from those over the corners.
@@ -304,7 +319,7 @@ impl<V: Varyings> Fragment<'_, V> {
     #[must_use]
     pub fn varyings(&self) -> V {
         let weights = Weights::with_sum(self.perspective(), self.linear(), 1.0, self.triangle.provoking);
-        V::interpolate(&self.triangle.varyings, &weights)
+        V::interpolate(self.triangle.varyings, &weights)
     }
 
     /// The value's change from here to the right, a pixel: ∂/∂x of every smooth and noperspective part, exact at this
@@ -335,6 +350,6 @@ impl<V: Varyings> Fragment<'_, V> {
         let dsum = dp + dq + dr;
         let perspective = [(dp - p * inv_sum * dsum) * inv_sum, (dq - q * inv_sum * dsum) * inv_sum];
         let linear = [step[0] * inv_area2, step[1] * inv_area2];
-        V::interpolate(&self.triangle.varyings, &Weights::with_sum(perspective, linear, 0.0, provoking))
+        V::interpolate(self.triangle.varyings, &Weights::with_sum(perspective, linear, 0.0, provoking))
     }
 }

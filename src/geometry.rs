@@ -126,6 +126,9 @@ pub(crate) struct Geometry<'a, I, P> {
     batch: Batch,
     /// Strips, fans and tidy meshes name a vertex again at once: the triangle before is all the cache they need.
     before: [(usize, ProjectedVertex); 3],
+    /// Where what is rare leaves its result. If it returned that, the usual one would have to go through memory, too, and
+    /// wait there for its parts to come together.
+    aside: Piece,
     pub(crate) statistics: Statistics,
 }
 
@@ -146,6 +149,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             area: [area.x, area.y, area.right(), area.bottom()],
             batch,
             before: [(usize::MAX, ProjectedVertex::default()); 3],
+            aside: Piece::BLANK,
             statistics: Statistics::default(),
         }
     }
@@ -284,11 +288,9 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[inline(always)]
     pub(crate) fn next(&mut self, fan: &mut Option<Fan>) -> Option<Piece> {
         loop {
-            if let Some(pieces) = fan {
-                match pieces.next(&self.projector) {
-                    Some(piece) if self.may_cover(piece.setup.corners()) => return Some(piece),
-                    Some(_) => {}
-                    None => *fan = None,
+            if fan.is_some() {
+                if self.next_of_fan(fan) {
+                    return Some(self.aside);
                 }
                 continue;
             }
@@ -307,10 +309,10 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 let order = *ORDERS.get(verdict as usize)?;
                 Setup::of_corners(self.corners(reorder(vertices, order)), verdict as u8)
             } else {
-                match self.look_closer(triangle, number, fan) {
-                    Some(setup) => setup,
-                    None => continue,
+                if !self.look_closer(triangle, number, fan) {
+                    continue;
                 }
+                self.aside.setup
             };
             let identity = self.facing.identity(triangle, setup.is_counter_clockwise(), number);
             return Some(Piece { setup, vertices, identity, in_fan: 0 });
@@ -323,14 +325,29 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         overlap(sample_bounds(a, b, c), self.area)
     }
 
-    /// Decides on a triangle by integers, or clips it: then `fan` has what is left.
+    /// Puts the next piece of a clipped triangle aside. False when there is none.
     #[cold]
     #[inline(never)]
-    fn look_closer(&mut self, triangle: Triangle, number: u32, fan: &mut Option<Fan>) -> Option<Setup> {
+    fn next_of_fan(&mut self, fan: &mut Option<Fan>) -> bool {
+        while let Some(piece) = fan.as_mut().and_then(|fan| fan.next(&self.projector)) {
+            if self.may_cover(piece.setup.corners()) {
+                self.aside = piece;
+                return true;
+            }
+        }
+        *fan = None;
+        false
+    }
+
+    /// Decides on a triangle by integers: if it may be seen, its setup is put aside. Or clips it: then `fan` has what is
+    /// left.
+    #[cold]
+    #[inline(never)]
+    fn look_closer(&mut self, triangle: Triangle, number: u32, fan: &mut Option<Fan>) -> bool {
         let corners @ [a, b, c] = self.corners(triangle.vertices);
         if a.is_outside() | b.is_outside() | c.is_outside() {
             *fan = self.clip(triangle, corners, number);
-            return None;
+            return false;
         }
         let area2 = signed_area2(a, b, c);
         if area2 == 0 {
@@ -338,9 +355,10 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         } else if self.facing.culls(area2) {
             self.statistics.culled += 1;
         } else if self.may_cover(corners) {
-            return Some(Setup::with_area2(corners, area2));
+            self.aside.setup = Setup::with_area2(corners, area2);
+            return true;
         }
-        None
+        false
     }
 
     /// Clips and culls a triangle with a vertex outside of the clip volume.

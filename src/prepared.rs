@@ -19,13 +19,13 @@ use core::fmt;
 use glam::Vec4;
 
 use crate::depth::DepthTest;
-use crate::fan::{Fan, Piece};
+use crate::fan::{Fan, History, Piece};
 use crate::fragment::{Fragment, Identity, reorder};
 use crate::geometry::Geometry;
 use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, ProjectedVertex, Projector};
-use crate::rasterizer::{DrawError, Drawable, Rasterizer, Source};
+use crate::rasterizer::{DrawError, Rasterizer, Source, at_corners};
 use crate::setup::{Setup, overlap, sample_bounds};
 use crate::state::Statistics;
 use crate::target::{Framebuffer, Rect};
@@ -265,44 +265,60 @@ impl<I: Index, P: Positions, A: Attributes> Preparation<'_, I, P, A> {
 }
 
 /// Records, to be drawn.
-struct Records<R, V> {
+struct Records<'r, R, V> {
     records: R,
+    /// The one that came last.
+    record: Option<&'r Record<V>>,
     projector: Projector,
     /// The render area: left, top, right, bottom.
     area: [i32; 4],
-    /// What is left of a clipped one, and the values at its vertices.
-    fan: Option<(Fan, [V; 3])>,
+    /// What is left of a clipped one, and the values at the corners of the piece that came last.
+    fan: Option<Fan>,
+    values: Option<[V; 3]>,
 }
 
-impl<'r, V: Varyings + 'r, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<R, V> {
+impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'r, R, V> {
     #[inline(always)]
-    fn next(&mut self) -> Option<Drawable<V>> {
+    fn next(&mut self) -> Option<Piece> {
         let area = self.area;
         loop {
-            if let Some((fan, values)) = &mut self.fan {
+            if let Some(fan) = &mut self.fan {
                 let Some(piece) = fan.next(&self.projector) else {
                     self.fan = None;
                     continue;
                 };
                 let [a, b, c] = piece.setup.corners();
                 if overlap(sample_bounds(a, b, c), area) {
-                    let history = fan.history(piece.in_fan);
-                    return Some(Drawable::of_fan(piece.setup, *values, piece.identity, history));
+                    return Some(piece);
                 }
                 continue;
             }
             let record = self.records.next()?;
+            self.record = Some(record);
             match record.bounds() {
                 Some(bounds) if overlap(bounds, area) => {
-                    let (setup, varyings, identity) = (record.setup()?, record.varyings, record.identity());
-                    return Some(Drawable { setup, varyings, identity, pedigree: None });
+                    let (setup, identity) = (record.setup()?, record.identity());
+                    return Some(Piece { setup, vertices: [0; 3], identity, in_fan: 0 });
                 }
-                None if record.kind == Kind::Clipped => {
-                    self.fan = Some((record.fan(&self.projector), record.varyings));
-                }
+                None if record.kind == Kind::Clipped => self.fan = Some(record.fan(&self.projector)),
                 _ => {}
             }
         }
+    }
+
+    #[inline(always)]
+    fn history(&self, piece: &Piece) -> Option<History> {
+        self.fan.as_ref()?.history(piece.in_fan)
+    }
+
+    #[inline(always)]
+    fn varyings(&mut self, piece: &Piece, history: Option<&History>) -> Option<&[V; 3]> {
+        let values = &self.record?.varyings;
+        if self.fan.is_none() {
+            return Some(values);
+        }
+        self.values = Some(at_corners(piece, *values, history));
+        self.values.as_ref()
     }
 }
 
@@ -443,7 +459,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     {
         let (projector, area) = (self.projector(), self.render_area(target));
         let (records, area) = (records.into_iter(), [area.x, area.y, area.right(), area.bottom()]);
-        let mut source = Records { records, projector, area, fan: None };
+        let mut source = Records { records, record: None, projector, area, fan: None, values: None };
         self.draw_triangles::<_, _, _, BLENDS>(target, &mut source, shade)
     }
 }

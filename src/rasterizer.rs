@@ -10,7 +10,7 @@ use crate::coarse::Coarse;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
 use crate::depth_pass::DepthPass;
 use crate::fan::{Fan, History, Piece};
-use crate::fragment::{Fragment, Identity, Pedigree, Shading, reorder};
+use crate::fragment::{Fragment, Shading, reorder};
 use crate::geometry::{Facing, Geometry};
 use crate::interpolate::Varyings;
 use crate::one_by_one::{OneByOne, Vertices};
@@ -18,12 +18,11 @@ use crate::packet::{PACKET, PLACES, Packet};
 use crate::plane::DepthPlane;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
-use crate::setup::{Setup, sample_bounds};
+use crate::setup::sample_bounds;
 use crate::shade::Shader;
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{DOMAIN, Framebuffer, Rect};
 use crate::traverse::{HAS_FLOAT_LANES, LANES};
-use crate::triple::each;
 use crate::vertex::Attributes;
 use crate::viewport::{ClipDepth, Viewport};
 
@@ -366,8 +365,12 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             return self.draw_one_by_one(target, primitives, positions, varyings, shade);
         }
         let area = self.render_area(target);
-        let mut direct =
-            Direct { geometry: self.geometry(primitives, positions, &varyings, area)?, varyings, fan: None };
+        let mut direct = Direct {
+            geometry: self.geometry(primitives, positions, &varyings, area)?,
+            varyings,
+            fan: None,
+            values: None,
+        };
         let mut statistics = self.draw_triangles::<_, _, _, BLENDS>(target, &mut direct, shade);
         statistics += direct.geometry.statistics;
         Ok(statistics)
@@ -498,7 +501,11 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let mut statistics = Statistics::default();
         if !HAS_FLOAT_LANES {
             let mut draw = self.one_by_one(target, shade);
-            while let Some(Drawable { setup, varyings, identity, pedigree }) = source.next() {
+            while let Some(piece) = source.next() {
+                let history = source.history(&piece);
+                let Some(varyings) = source.varyings(&piece, history.as_ref()) else { continue };
+                let pedigree = history.as_ref().map(History::pedigree);
+                let Piece { setup, identity, .. } = piece;
                 let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
                 let [a, b, c] = setup.corners();
                 draw.draw_setup(&setup, sample_bounds(a, b, c), &shading);
@@ -544,7 +551,11 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             expects_all: true,
             coarse,
         };
-        while let Some(Drawable { setup, varyings, identity, pedigree }) = source.next() {
+        while let Some(piece) = source.next() {
+            let history = source.history(&piece);
+            let Some(varyings) = source.varyings(&piece, history.as_ref()) else { continue };
+            let pedigree = history.as_ref().map(History::pedigree);
+            let Piece { setup, identity, .. } = piece;
             let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
             let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);
             shader.draw(&setup, &shading, &plane, &mut packet, &mut statistics);
@@ -553,57 +564,64 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     }
 }
 
-/// A triangle, or a piece of one, ready to be traversed and shaded.
-#[derive(Debug)]
-pub(crate) struct Drawable<V> {
-    pub(crate) setup: Setup,
-    /// At the corners.
-    pub(crate) varyings: [V; 3],
-    pub(crate) identity: Identity,
-    pub(crate) pedigree: Option<Pedigree>,
-}
-
-impl<V: Varyings> Drawable<V> {
-    /// A piece of a clipped triangle with these values at the caller's vertices.
-    #[inline(always)]
-    pub(crate) fn of_fan(setup: Setup, values: [V; 3], identity: Identity, history: Option<History>) -> Self {
-        let values = match &history {
-            Some(history) => history.interpolate(&values, identity.provoking),
-            None => values,
-        };
-        let varyings = reorder(values, setup.order());
-        Self { setup, varyings, identity, pedigree: history.as_ref().map(History::pedigree) }
-    }
-}
-
-/// Where the fragment half of a draw gets triangles from.
+/// Where the fragment half of a draw gets triangles from. One question after the other: what is returned together goes
+/// through memory together, and waits there for itself.
 pub(crate) trait Source<V> {
-    /// The next one that may be seen.
-    fn next(&mut self) -> Option<Drawable<V>>;
+    /// The next triangle, or piece of one, that may be seen.
+    fn next(&mut self) -> Option<Piece>;
+
+    /// How it came about, if it is a piece.
+    fn history(&self, piece: &Piece) -> Option<History>;
+
+    /// The values at its corners.
+    fn varyings(&mut self, piece: &Piece, history: Option<&History>) -> Option<&[V; 3]>;
 }
 
 /// Vertices, drawn at once.
-struct Direct<'a, I, P, A> {
+struct Direct<'a, I, P, A: Attributes> {
     geometry: Geometry<'a, I, P>,
     varyings: A,
     fan: Option<Fan>,
+    /// Those of the piece that came last.
+    values: Option<[A::Value; 3]>,
 }
 
 impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> for Direct<'_, I, P, A> {
     #[inline(always)]
-    fn next(&mut self) -> Option<Drawable<A::Value>> {
-        loop {
-            let piece = self.geometry.next(&mut self.fan)?;
-            let Piece { setup, vertices, identity, in_fan } = piece;
-            let fetch = |vertices| each(vertices, |index| self.varyings.fetch(index));
-            if let Some(fan) = &self.fan {
-                let [Some(a), Some(b), Some(c)] = fetch(vertices) else { continue };
-                return Some(Drawable::of_fan(setup, [a, b, c], identity, fan.history(in_fan)));
-            }
-            let [Some(a), Some(b), Some(c)] = fetch(reorder(vertices, setup.order())) else { continue };
-            return Some(Drawable { setup, varyings: [a, b, c], identity, pedigree: None });
-        }
+    fn next(&mut self) -> Option<Piece> {
+        self.geometry.next(&mut self.fan)
     }
+
+    #[inline(always)]
+    fn history(&self, piece: &Piece) -> Option<History> {
+        self.fan.as_ref()?.history(piece.in_fan)
+    }
+
+    #[inline(always)]
+    fn varyings(&mut self, piece: &Piece, history: Option<&History>) -> Option<&[A::Value; 3]> {
+        let order = if self.fan.is_some() { [0, 1, 2] } else { piece.setup.order() };
+        let [i, j, k] = reorder(piece.vertices, order);
+        let (a, b, c) = (self.varyings.fetch(i)?, self.varyings.fetch(j)?, self.varyings.fetch(k)?);
+        // One by one into the place where they stay.
+        match &mut self.values {
+            Some(values) => (values[0], values[1], values[2]) = (a, b, c),
+            None => self.values = Some([a, b, c]),
+        }
+        if self.fan.is_some() {
+            self.values = Some(at_corners(piece, [a, b, c], history));
+        }
+        self.values.as_ref()
+    }
+}
+
+/// The values at the corners of a piece of a clipped triangle, from those at the caller's vertices.
+#[cold]
+pub(crate) fn at_corners<V: Varyings>(piece: &Piece, values: [V; 3], history: Option<&History>) -> [V; 3] {
+    let values = match history {
+        Some(history) => history.interpolate(&values, piece.identity.provoking),
+        None => values,
+    };
+    reorder(values, piece.setup.order())
 }
 
 impl<'a, A: Attributes<Value = Vec4>> Projected<'a, A> {

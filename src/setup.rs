@@ -86,6 +86,14 @@ pub(crate) fn overlap(a: [i32; 4], b: [i32; 4]) -> bool {
 }
 
 impl Setup {
+    /// None at all.
+    pub(crate) const BLANK: Self = Self {
+        corners: [ProjectedVertex::BLANK; 3],
+        order: [0, 1, 2],
+        is_counter_clockwise: false,
+        area2: 1,
+    };
+
     /// Sets up a triangle. `None` when it has no area on the subpixel grid, or when a vertex has to be clipped first.
     #[must_use]
     pub fn new(vertices: [ProjectedVertex; 3]) -> Option<Self> {

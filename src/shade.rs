@@ -167,7 +167,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                         if !band.solve(solver, self.render_area) {
                             return;
                         }
-                        *at = Progress::default();
+                        at.begin();
                         if !band.is_narrow {
                             self.touch(band);
                         }
@@ -213,7 +213,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 return;
             };
 
-            let triangle = *shading;
+            let varyings = *shading.varyings();
+            let triangle = shading.with_varyings(&varyings);
             // Shade. Both results are selected, not branched on, so that a discard vectorises too.
             let mut kept = 0u32;
             for i in 0..len {
@@ -661,4 +662,14 @@ struct Progress {
     /// The rows that the packet holds instead, and where each ends.
     gathered: Range<usize>,
     ends: [usize; LANES],
+}
+
+impl Progress {
+    /// Before the first row. (Field by field: a whole new one would be put together and then copied.)
+    #[inline(always)]
+    fn begin(&mut self) {
+        (self.lane, self.len, self.end, self.lent) = (0, 0, 0, 0);
+        (self.is_shaded, self.is_discarded) = (false, false);
+        self.gathered = 0..0;
+    }
 }
