@@ -23,7 +23,8 @@
 //!   [`Computed`]. [`Rasterizer::project`] projects each vertex of an indexed mesh once.
 //! * What is interpolated is [`Varyings`]: numbers, vectors, arrays, tuples, your structs ([`varyings!`]); [`Flat`] and
 //!   [`NoPerspective`] qualify them.
-//! * The picture goes to a [`Framebuffer`]: [`Surface`] over your slices, or your own memory in three lines.
+//! * The picture goes to a [`Framebuffer`]: [`Surface`] over your slices, or your own memory in three lines; with
+//!   [`CoarseDepth`] around it, what is hidden is left out early.
 //! * A frame in tiles or bands, one after the other or in threads of yours: [`Grid`] cuts it; [`Rasterizer::prepare`]
 //!   does the geometry once, into [`Record`]s; [`Rasterizer::bin`] says which of them touch which tile.
 //!

@@ -1,11 +1,11 @@
-//! How this crate draws a workload: one draw call, as a renderer's author would write it.
+//! How this crate draws a workload, as a renderer's author would write it: one draw call, but for what is blended.
 
 use core::ops::Range;
 
 use halfplane::glam::Vec4;
 use halfplane::{
-    Attributes, CoarseDepth, Computed, CullMode, Fragment, Framebuffer, Less, Primitives, ProjectedVertex,
-    Rasterizer, Rect, Statistics, Surface, Varyings, Viewport,
+    Attributes, CoarseDepth, Computed, CullMode, Fragment, Framebuffer, Grid, Less, Primitives,
+    ProjectedVertex, Rasterizer, Record, Rect, Statistics, Surface, Varyings, Viewport,
 };
 
 use crate::workloads::{
@@ -20,14 +20,25 @@ pub struct Canvas {
     pub depth: Vec<f32>,
     bounds: Vec<f32>,
     room: Vec<ProjectedVertex>,
+    /// Triangles of the blended workload.
+    records: Vec<Record<[f32; 4]>>,
 }
+
+/// Rows of a band: with colour and depth, a megabyte.
+const BAND: u32 = 64;
 
 impl Canvas {
     /// A frame to be cleared.
     pub fn new() -> Self {
         let pixels = WIDTH as usize * HEIGHT as usize;
         let bounds = CoarseDepth::bounds_len(Rect::of_size(WIDTH, HEIGHT));
-        Self { color: vec![0; pixels], depth: vec![0.0; pixels], bounds: vec![0.0; bounds], room: Vec::new() }
+        Self {
+            color: vec![0; pixels],
+            depth: vec![0.0; pixels],
+            bounds: vec![0.0; bounds],
+            room: Vec::new(),
+            records: Vec::new(),
+        }
     }
 
     /// Room for the vertices of a workload.
@@ -77,14 +88,38 @@ impl Canvas {
         rasterizer.draw(&mut target, primitives, vertices, varyings, shade).expect("valid indices")
     }
 
-    /// One draw call over what is there.
+    /// Over what is there, band by band: each is in the cache while all triangles that touch it are blended. Where every
+    /// pixel is read and written several times, that is half of the time.
     fn draw_blended(&mut self, workload: &Workload, rows: Range<u32>, colors: &[Vec4]) -> Statistics {
+        let triangles = workload.indices.len() / 3;
+        let mut records = core::mem::take(&mut self.records);
+        records.resize(triangles, Record::default());
         let (mut target, room) = self.target(rows);
-        let (rasterizer, primitives) = (rasterizer(workload), Primitives::list().indexed(&workload.indices));
+        let grid = Grid::new(target.area(), WIDTH, BAND).expect("a small frame");
+        let mut memory = vec![0; Grid::bin_memory(grid.len(), grid.len() + 2 * triangles)];
+        let mut rasterizer = rasterizer(workload);
         let vertices = rasterizer.project(positions(workload), room).expect("prepared");
         let colors = Computed::new(colors.len(), |i| colors[i].to_array());
         let shade = |fragment: Fragment<'_, [f32; 4]>, under| blend(fragment.varyings(), under);
-        rasterizer.draw_over(&mut target, primitives, vertices, colors, shade).expect("valid indices")
+
+        let primitives = Primitives::list().indexed(&workload.indices);
+        let mut preparation =
+            rasterizer.prepare(target.area(), primitives, vertices, colors).expect("valid indices");
+        let mut statistics = Statistics::default();
+        while let Some(mut batch) = preparation.fill(&mut records).expect("there is room") {
+            while !batch.is_empty() {
+                let bins = rasterizer.bin(&grid, batch, &mut memory).expect("long enough");
+                for (index, band) in grid.tiles().enumerate() {
+                    rasterizer.scissor = Some(band);
+                    statistics += rasterizer.draw_prepared_over(&mut target, bins.tile(index), shade);
+                }
+                batch = bins.rest();
+            }
+        }
+        statistics += preparation.statistics();
+        drop(target);
+        self.records = records;
+        statistics
     }
 
     /// One draw call without colour.
