@@ -503,10 +503,10 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             let mut draw = self.one_by_one(target, shade);
             while let Some(piece) = source.next() {
                 let history = source.history(&piece);
-                let Some(varyings) = source.varyings(&piece, history.as_ref()) else { continue };
+                let Some(&varyings) = source.varyings(&piece, history.as_ref()) else { continue };
                 let pedigree = history.as_ref().map(History::pedigree);
                 let Piece { setup, identity, .. } = piece;
-                let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
+                let shading = Shading::new(&setup, &varyings, identity, pedigree.as_ref());
                 let [a, b, c] = setup.corners();
                 draw.draw_setup(&setup, sample_bounds(a, b, c), &shading);
             }
