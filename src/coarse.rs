@@ -29,16 +29,21 @@ const QUAD: usize = 4;
 /// their depths takes (with AVX2, two fifths), and next to no memory traffic. Triangles less than 64 pixels wide go past
 /// it, at no cost; where nothing is hidden, wide ones pay a twentieth.
 ///
-/// * **Memory**: [`bounds_len`](CoarseDepth#method.bounds_len) depths, one for 64 in a row of the depth buffer. Whenever
-///   that is cleared, fill them with the same value. And after anything but draws through this framebuffer has written to
-///   it, fill them with the farthest depth: 1, or 0 for reverse Z, or the format's largest value.
-/// * **Test**: bounds are kept for tests of one direction, that of the test given here: [`Less`](crate::Less) and
-///   [`LessOrEqual`](crate::LessOrEqual), or [`Greater`](crate::Greater) and
-///   [`GreaterOrEqual`](crate::GreaterOrEqual). Draws that compare otherwise are right as well: if they write depth, the
-///   bounds of the rows that they may draw to are forgotten.
+/// * **Memory**: [`bounds_len`](CoarseDepth#method.bounds_len) depths, one for 64 in a row of the depth buffer. Before the
+///   first draw, whenever the depth buffer is cleared, in whole or in part, and after anything but draws through this
+///   framebuffer has written to it, fill them with the farthest depth: `from_depth(1.0)`, or for reverse Z
+///   `from_depth(0.0)`, of the [depth format](DepthFormat). That one says that nothing is known. So too if the same memory
+///   is to serve another area or another direction.
+/// * **Test**: bounds are kept for tests of one direction, that of the test given to [`new`](Self::new):
+///   [`Less`](crate::Less) and [`LessOrEqual`](crate::LessOrEqual), or [`Greater`](crate::Greater) and
+///   [`GreaterOrEqual`](crate::GreaterOrEqual). Draws that compare otherwise are right as well: if they write depth, each
+///   forgets the bounds of the rows that it may draw to.
+/// * **What is learnt**: in a row that a triangle is seen in, each of the 64-pixel segments that it covers from end to end
+///   gets a bound, if the test writes depth. Not where a fragment of that row was discarded: what is alpha-tested hides
+///   nothing early.
 /// * **Tiles, bands, threads**: each has bounds of its own.
 ///
-/// Targets without SIMD draw as if it were not there.
+/// Targets without SIMD draw as if it were not there, and do not touch the bounds.
 ///
 /// # Examples
 /// ```
@@ -95,14 +100,18 @@ impl<'m, F: Framebuffer> CoarseDepth<'m, F> {
     /// `target` with `bounds`, for draws with this test or another of the same direction.
     ///
     /// # Errors
-    /// When there are fewer than [`bounds_len`](CoarseDepth#method.bounds_len) bounds.
+    /// When there are fewer than [`bounds_len`](CoarseDepth#method.bounds_len) bounds, or when the test has no direction.
     pub fn new(target: F, bounds: &'m mut [F::Depth], test: impl DepthTest) -> Result<Self, SurfaceError> {
         let (len, needed) = (bounds.len(), CoarseDepth::bounds_len(target.area()));
         if len < needed {
             return Err(SurfaceError::TooShort { plane: "bounds", len, needed });
         }
+        let are_upper = keeps(test, true);
+        if are_upper == keeps(test, false) {
+            return Err(SurfaceError::NoDirection { compare: test.compare() });
+        }
         let Rect { y: top, .. } = target.area();
-        Ok(Self { columns: columns(target.area()), target, bounds, top, are_upper: keeps(test, true) })
+        Ok(Self { columns: columns(target.area()), target, bounds, top, are_upper })
     }
 }
 
@@ -194,8 +203,8 @@ impl Coarse {
     pub(crate) fn new<F: Framebuffer>(target: &mut F, area: Rect, test: impl DepthTest) -> Self {
         let frame = target.area();
         let mut coarse = Self { rejects: false, learns: false, left: frame.x, right: frame.right() };
-        if frame.intersection(DOMAIN) != frame {
-            // Some of it is out of reach, and its numbers might overflow.
+        // If some of the frame is out of reach, its numbers might overflow.
+        if area.is_empty() || frame.intersection(DOMAIN) != frame {
             return coarse;
         }
         for y in area.y..area.bottom() {

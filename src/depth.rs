@@ -149,8 +149,11 @@ pub trait DepthTest: Copy {
         true
     }
 
-    /// Which of the eight comparisons [`passes`](Self::passes) is, if it is one: what [`CoarseDepth`](crate::CoarseDepth)
-    /// goes by.
+    /// Which of the eight comparisons [`passes`](Self::passes) makes, if it makes one.
+    ///
+    /// [`CoarseDepth`](crate::CoarseDepth) relies on it: with a wrong answer, fragments are lost. With `None`, each draw
+    /// that writes depth forgets what is known of the rows that it may draw to. A test around another one, as
+    /// [`ReadOnly`], gives that one's answer.
     #[inline(always)]
     fn compare(self) -> Option<CompareOp> {
         None

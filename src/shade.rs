@@ -234,7 +234,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             statistics.samples_passed += u64::from(kept);
             if let Work::Rows(_, _, at) = &mut work {
                 at.is_shaded = true;
-                at.is_discarded |= (kept as usize) < len;
+                at.is_discarded |= (kept as usize) < asked;
             }
 
             if (kept as usize) < len {

@@ -4,7 +4,7 @@
 //! bounds check serves a whole run, and slices are what lets the compiler turn a shading loop into SIMD. Every
 //! framebuffer speaks global coordinates, so a band or a tile of a frame is a framebuffer like the whole of it.
 
-use crate::depth::DepthFormat;
+use crate::depth::{CompareOp, DepthFormat};
 
 /// Framebuffer coordinates that exist: −[`EXTENT`] ≤ x, y < [`EXTENT`]. 2¹⁴ pixels are 2²² subpixels, the most that
 /// snapping rounds exactly. Samples outside are never covered.
@@ -107,21 +107,25 @@ pub struct Run<'a, C, D> {
     pub depth: &'a mut [D],
 }
 
-/// What is known of the depths of one row, lent by a [`Framebuffer`].
+/// What is known of the depths of one row, lent by a [`Framebuffer`]. Draws read the bounds, and write them.
 #[derive(Debug)]
 pub struct Bounds<'a, D> {
-    /// A bound for each 64 pixels, from the left border of the framebuffer's area on. The depth 1, of upper bounds, or 0,
-    /// of lower ones, says nothing.
+    /// A bound for each 64 pixels, from the left border of the framebuffer's area on. Four at a time are used: a number that
+    /// is a multiple of four, enough for the whole row; what is missing does no harm but that nothing is known there.
+    ///
+    /// The farthest depth, `from_depth(1.0)` of upper bounds and `from_depth(0.0)` of lower ones, says nothing: so they
+    /// start. Of any other, no depth of these 64 lies behind it.
     pub segments: &'a mut [D],
-    /// Whether no depth there is greater, as suits draws with [`Less`](crate::Less). Else none is less. The same for all
-    /// rows.
+    /// Whether they are upper bounds, as suits draws with [`Less`](crate::Less): what lies behind is greater. Or lower ones,
+    /// as suits [`Greater`](crate::Greater). The same for all rows.
     pub are_upper: bool,
 }
 
 /// Memory for a picture.
 ///
 /// **Law**: for every run inside [`area`](Self::area), [`run`](Self::run) lends slices that are exactly `len` long, the
-/// same memory for the same pixel. (Of shorter slices, some pixels or none are drawn; nothing panics.)
+/// same memory for the same pixel. (Of shorter slices, some pixels or none are drawn; nothing panics.) The same holds for
+/// [`bounds`](Self::bounds), if it lends any. A framebuffer around another that does must lend them, too, and have its area.
 ///
 /// Pixels of 1, 2 or 4 bytes shade fastest. A SIMD type such as glam's `Vec4` as colour or as varying keeps the compiler
 /// from putting several pixels into one register.
@@ -265,12 +269,17 @@ impl Plane for Absent {
 pub enum SurfaceError {
     /// The pixels are more than the slice has.
     TooShort {
-        /// `"color"` or `"depth"`.
+        /// `"color"`, `"depth"` or `"bounds"`.
         plane: &'static str,
         /// How long the slice is.
         len: usize,
         /// How long it would have to be; `usize::MAX` when that overflows.
         needed: usize,
+    },
+    /// [Bounds](crate::CoarseDepth) are asked for draws that make depths neither less nor greater only.
+    NoDirection {
+        /// What they compare, if they say so.
+        compare: Option<CompareOp>,
     },
     /// Rows would overlap.
     StrideTooSmall {
@@ -291,6 +300,15 @@ impl core::fmt::Display for SurfaceError {
         match *self {
             Self::TooShort { plane, len, needed } => {
                 write!(f, "the {plane} slice has {len} elements, but the surface needs {needed}")
+            }
+            Self::NoDirection { compare: Some(compare) } => {
+                write!(
+                    f,
+                    "bounds need a test by Less, LessOrEqual, Greater or GreaterOrEqual, not by {compare:?}"
+                )
+            }
+            Self::NoDirection { compare: None } => {
+                write!(f, "bounds need a test that says what it compares")
             }
             Self::StrideTooSmall { stride, width } => {
                 write!(f, "a stride of {stride} pixels is less than the width of {width}")

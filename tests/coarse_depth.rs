@@ -245,3 +245,49 @@ fn too_few_bounds_are_refused_with_numbers() {
         "300 pixels are 8 bounds"
     );
 }
+
+/// Lends runs that begin at a multiple of 64, and no others.
+struct Picky<F>(F);
+
+impl<F: Framebuffer> Framebuffer for Picky<F> {
+    type Color = F::Color;
+    type Depth = F::Depth;
+
+    fn area(&self) -> Rect {
+        self.0.area()
+    }
+
+    fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, F::Color, F::Depth> {
+        self.0.run(x, y, if x % 64 == 0 { len } else { 0 })
+    }
+}
+
+#[test]
+fn what_is_not_lent_is_not_learnt() {
+    let frame = Frame::new(64, 1);
+    let (mut color, mut depth, mut bounds) = ([0u32; 64], [1.0f32; 64], [1.0; 4]);
+    depth[0] = 0.1;
+    let surface = Surface::new(&mut color, &mut depth, 64, 1).expect("it fits");
+    let mut target = CoarseDepth::new(Picky(surface), &mut bounds, Less).expect("long enough");
+    let all = [[-100.0, -100.0], [-100.0, 100.0], [300.0, 0.0]].map(|point| frame.at(point));
+    let rasterizer = Rasterizer::<()>::new(frame.viewport());
+    rasterizer.draw(&mut target, Primitives::list(), &all, (), |_| 1u32).expect("legal");
+    assert!(are_true(frame, &depth, &bounds, DepthState::default()), "{depth:?} {bounds:?}");
+    assert_eq!(depth[63], 1.0, "the run from the second pixel on is not lent");
+}
+
+#[test]
+fn a_test_without_direction_is_refused() {
+    let (mut color, mut depth, mut bounds) = ([0u32; 64], [1.0f32; 64], [1.0; 4]);
+    let mut refuse = |compare| {
+        let surface = Surface::new(&mut color, &mut depth, 64, 1).expect("it fits");
+        let test = DepthState { compare, write: true };
+        CoarseDepth::new(surface, &mut bounds, test).map(drop).expect_err("no direction")
+    };
+    for compare in [CompareOp::Always, CompareOp::NotEqual, CompareOp::Equal, CompareOp::Never] {
+        assert_eq!(refuse(compare), SurfaceError::NoDirection { compare: Some(compare) }, "by {compare:?}");
+    }
+    let surface = Surface::new(&mut color, &mut depth, 64, 1).expect("it fits");
+    let error = CoarseDepth::new(surface, &mut bounds, Secret).map(drop).expect_err("no direction");
+    assert_eq!(error, SurfaceError::NoDirection { compare: None }, "it does not say");
+}
