@@ -238,7 +238,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
 
             if (kept as usize) < len {
-                self.restore(&work, (begin, end), packet);
+                self.restore(&work, (begin, len, asked), packet);
             }
             match &mut work {
                 Work::Tiny(tiny, len) => return self.write_tiny(tiny, *len, packet),
@@ -261,39 +261,37 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     fn restore<V: Varyings>(
         &mut self,
         work: &Work<'_, V>,
-        (begin, end): (usize, usize),
+        (begin, len, asked): (usize, usize, usize),
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) {
         let Packet { colors, depths, discarded, places, .. } = packet;
-        let mut restore = |at: usize, x: i32, y: i32| {
-            let run = self.target.run(x, y, 1);
-            if let (Some(&color), Some(&depth), Some(1)) =
-                (run.color.first(), run.depth.first(), discarded.get(at))
-            {
-                (colors[at], depths[at]) = (color, depth);
+        // By the very runs that they are written by: of what is lent for another, nothing is known.
+        let mut restore = |begin: usize, len: usize, (x, y): (i32, i32), asked: usize| {
+            let run = self.target.run(x, y, asked);
+            for (at, (&color, &depth)) in (begin..begin + len).zip(run.color.iter().zip(&*run.depth)) {
+                if discarded.get(at) == Some(&1) {
+                    (colors[at], depths[at]) = (color, depth);
+                }
             }
         };
         match work {
             Work::Tiny(tiny, len) => {
                 for (at, &place) in places.iter().enumerate().take(*len) {
                     let (dx, dy) = place_of(place);
-                    restore(at, tiny.x + dx, tiny.y + dy);
+                    restore(at, 1, (tiny.x + dx, tiny.y + dy), 1);
                 }
             }
             Work::Rows(_, band, at) if at.gathered.is_empty() => {
                 if Self::MAY_READ {
-                    for (i, x) in (0..end - begin).zip(at.x + begin as i32..) {
-                        restore(i, x, band.y + at.lane as i32);
-                    }
+                    restore(0, len, (at.x + begin as i32, band.y + at.lane as i32), asked);
                 }
             }
             Work::Rows(_, band, at) => {
                 let mut begin = 0;
                 for lane in at.gathered.clone() {
                     let Some(&end) = at.ends.get(lane) else { break };
-                    for (at, x) in (begin..end).zip(band.rows.start[lane]..) {
-                        restore(at, x, band.y + lane as i32);
-                    }
+                    let (len, x) = (end - begin, band.rows.start[lane]);
+                    restore(begin, len, (x, band.y + lane as i32), len.next_multiple_of(WINDOW));
                     begin = end;
                 }
             }

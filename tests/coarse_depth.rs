@@ -291,3 +291,24 @@ fn a_test_without_direction_is_refused() {
     let error = CoarseDepth::new(surface, &mut bounds, Secret).map(drop).expect_err("no direction");
     assert_eq!(error, SurfaceError::NoDirection { compare: None }, "it does not say");
 }
+
+#[test]
+fn a_discarded_fragment_leaves_its_pixel_whatever_is_lent() {
+    for width in [64, 128] {
+        let frame = Frame::new(width, 3);
+        let (mut color, mut depth) = (vec![9u32; frame.len()], vec![1.0f32; frame.len()]);
+        let surface = Surface::new(&mut color, &mut depth, width, 3).expect("it fits");
+        let all = [[-100.0, -100.0], [-100.0, 100.0], [900.0, 0.0]].map(|point| frame.at(point));
+        // One that holds something shades elsewhere, and is copied.
+        let drawn = core::hint::black_box(1u32);
+        Rasterizer::<()>::new(frame.viewport())
+            .draw(&mut Picky(surface), Primitives::list(), &all, (), |fragment| {
+                (fragment.x() % 7 != 3).then_some(drawn)
+            })
+            .expect("legal");
+        for (i, pixel) in color.iter().zip(&depth).enumerate() {
+            let is_kept = i % width as usize % 7 != 3;
+            assert_eq!(pixel, if is_kept { (&1, &0.5) } else { (&9, &1.0) }, "pixel {i} of {width}");
+        }
+    }
+}
