@@ -138,6 +138,7 @@ impl DepthFormat for () {
 /// assert!(!ReadOnly(Less).writes());
 /// let chosen = DepthState { compare: CompareOp::GreaterOrEqual, write: true };
 /// assert!(chosen.passes(0.5, 0.5));
+/// assert_eq!((ReadOnly(Less).compare(), chosen.compare()), (Some(CompareOp::Less), Some(CompareOp::GreaterOrEqual)));
 /// ```
 pub trait DepthTest: Copy {
     /// Whether a fragment of depth `new` passes against the stored `old`.

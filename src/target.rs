@@ -108,6 +108,38 @@ pub struct Run<'a, C, D> {
 }
 
 /// What is known of the depths of one row, lent by a [`Framebuffer`]. Draws read the bounds, and write them.
+///
+/// # Examples
+/// [`CoarseDepth`](crate::CoarseDepth) puts them beside any framebuffer. One of your own may keep them itself:
+/// ```
+/// use halfplane::{Bounds, Framebuffer, Rect, Run};
+///
+/// /// 256 × 64 pixels: four bounds a row.
+/// struct Mine {
+///     color: Vec<u32>,
+///     depth: Vec<f32>,
+///     bounds: Vec<f32>,
+/// }
+///
+/// impl Framebuffer for Mine {
+///     type Color = u32;
+///     type Depth = f32;
+///
+///     fn area(&self) -> Rect {
+///         Rect::of_size(256, 64)
+///     }
+///
+///     fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, u32, f32> {
+///         let start = y as usize * 256 + x as usize;
+///         Run { color: &mut self.color[start..start + len], depth: &mut self.depth[start..start + len] }
+///     }
+///
+///     fn bounds(&mut self, y: i32) -> Option<Bounds<'_, f32>> {
+///         let start = y as usize * 4;
+///         Some(Bounds { segments: &mut self.bounds[start..start + 4], are_upper: true })
+///     }
+/// }
+/// ```
 #[derive(Debug)]
 pub struct Bounds<'a, D> {
     /// A bound for each 64 pixels, from the left border of the framebuffer's area on. Four at a time are used: a number that
