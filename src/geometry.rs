@@ -126,8 +126,7 @@ pub(crate) struct Geometry<'a, I, P> {
     batch: Batch,
     /// Strips, fans and tidy meshes name a vertex again at once: the triangle before is all the cache they need.
     before: [(usize, ProjectedVertex); 3],
-    /// Where what is rare leaves its result. If it returned that, the usual one would have to go through memory, too, and
-    /// wait there for its parts to come together.
+    /// Where what is rare leaves its result. If it returned that, the usual result would have to go through memory, too.
     aside: Piece,
     pub(crate) statistics: Statistics,
 }

@@ -564,8 +564,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     }
 }
 
-/// Where the fragment half of a draw gets triangles from. One question after the other: what is returned together goes
-/// through memory together, and waits there for itself.
+/// Where the fragment half of a draw gets triangles from. It asks for one thing after the other: what is returned together
+/// is stored in parts and loaded as a whole, and such a load has to wait for the stores.
 pub(crate) trait Source<V> {
     /// The next triangle, or piece of one, that may be seen.
     fn next(&mut self) -> Option<Piece>;

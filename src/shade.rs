@@ -379,8 +379,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         }
     }
 
-    /// Reads a pixel of each cache line of a band's narrow rows, all at once: where the framebuffer is larger than the cache, what is not there comes
-    /// while the rest is asked for, and not a row after the other.
+    /// Reads a pixel of each cache line of a band's narrow rows, all at once: where the framebuffer is larger than the
+    /// cache, what is not there comes while the rest is asked for, and not a row after the other.
     #[inline(always)]
     fn touch<V: Varyings>(&mut self, band: &Band<'_, V>) {
         for lane in 0..band.count {

@@ -308,7 +308,8 @@ pub enum SurfaceError {
         /// How long it would have to be; `usize::MAX` when that overflows.
         needed: usize,
     },
-    /// [Bounds](crate::CoarseDepth) are asked for draws that make depths neither less nor greater only.
+    /// [Bounds](crate::CoarseDepth) are kept for draws that only ever make depths less, or only ever greater, and this test
+    /// is none of either.
     NoDirection {
         /// What they compare, if they say so.
         compare: Option<CompareOp>,
