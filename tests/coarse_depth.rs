@@ -210,7 +210,8 @@ fn what_is_hidden_is_not_read() {
         let before = count.get();
         let (list, positions) = (Primitives::list(), wide(depth));
         if depth_only {
-            rasterizer.draw_depth(&mut target, list, positions).expect("legal");
+            // A reference to it knows as much.
+            rasterizer.draw_depth(&mut &mut target, list, positions).expect("legal");
         } else {
             rasterizer.draw(&mut target, list, &positions, (), |_| 1u32).expect("legal");
         }
