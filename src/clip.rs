@@ -76,6 +76,20 @@ impl ClipVolume {
             & is_in(z, near, far)
     }
 
+    /// Whether four positions are all kept: [`contains`](Self::contains), one in each lane.
+    #[inline(always)]
+    pub(crate) fn contains_four(&self, [x, y, z, w]: [Vec4; 4]) -> bool {
+        let largest = Vec4::splat(COORDINATE_MAX);
+        let (near, far) = if self.clips_depth { (Vec4::ZERO, w) } else { (-largest, largest) };
+        let is_in = |x: Vec4, low: Vec4, high: Vec4| low.cmple(x) & x.cmple(high);
+        let (left, right) = (Vec4::splat(-self.guard_band), Vec4::splat(self.guard_band));
+        (is_in(w, Vec4::splat(W_MIN), largest)
+            & is_in(x, left, right)
+            & is_in(y, left, right)
+            & is_in(z, near, far))
+        .all()
+    }
+
     /// Which planes the position lies outside of, a bit each. [`INVALID`] instead when it is no point.
     pub(crate) fn outcode(&self, position: Vec4) -> u8 {
         if !position.to_array().iter().all(|c| (-COORDINATE_MAX..=COORDINATE_MAX).contains(c)) {

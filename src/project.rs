@@ -3,7 +3,7 @@
 //! A position is divided by w, mapped to the viewport and rounded to 1/256 pixel. From there on the triangle *is* the
 //! one with the rounded corners: coverage is decided in integers, and every float is derived from them.
 
-use glam::Vec4;
+use glam::{Mat4, Vec4};
 
 use crate::clip::{ClipVolume, DepthClip, GUARD_BAND, INVALID, W_MIN};
 use crate::depth::clamp;
@@ -129,7 +129,20 @@ pub(crate) fn snap(pixels: f32) -> i32 {
 /// The nearest integer, to even in ties, of a number in ±2²². `as i32` would cost a range check a lane.
 #[inline(always)]
 pub(crate) fn round(x: f32) -> i32 {
-    (x + ROUNDING).to_bits().wrapping_sub(ROUNDING.to_bits()) as i32
+    rounded_to(x + ROUNDING)
+}
+
+/// Which integer adding [`ROUNDING`] has rounded to.
+#[inline(always)]
+fn rounded_to(sum: f32) -> i32 {
+    sum.to_bits().wrapping_sub(ROUNDING.to_bits()) as i32
+}
+
+/// The first components of four vectors, the second ones, and so on.
+#[inline(always)]
+fn transpose([a, b, c, d]: [Vec4; 4]) -> [Vec4; 4] {
+    let Mat4 { x_axis, y_axis, z_axis, w_axis } = Mat4::from_cols(a, b, c, d).transpose();
+    [x_axis, y_axis, z_axis, w_axis]
 }
 
 /// Everything that projection needs, worked out once a draw.
@@ -166,36 +179,24 @@ impl Projector {
         self.outside(position)
     }
 
-    /// Several positions at once, for the compiler to give each a SIMD lane: one loop a step, none with a branch.
+    /// Four positions at once, one in each SIMD lane. The steps are those of [`project`](Self::project).
     #[inline(always)]
-    pub(crate) fn project_lanes<const N: usize>(&self, positions: [Vec4; N]) -> [ProjectedVertex; N] {
+    pub(crate) fn project_four(&self, positions: [Vec4; 4]) -> [ProjectedVertex; 4] {
         let ViewportTransform { scale, offset } = self.volume.transform;
-        let (mut x, mut y, mut z, mut w) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
-        for i in 0..N {
-            [x[i], y[i], z[i], w[i]] = self.clip_depth.to_zero_to_one(positions[i]).to_array();
-        }
-        // The steps of `to_framebuffer`.
-        let (mut inv_w, mut depth) = ([0.0; N], [0.0; N]);
-        for i in 0..N {
-            inv_w[i] = 1.0 / w[i];
-        }
-        for i in 0..N {
-            x[i] = (x[i] * inv_w[i]) * scale[0] + offset[0];
-            y[i] = (y[i] * inv_w[i]) * scale[1] + offset[1];
-            depth[i] = clamp(z[i] * inv_w[i], -1e12, 1e12) * scale[2] + offset[2];
-        }
-        let mut outside = 0;
-        for i in 0..N {
-            outside |= u32::from(!self.volume.contains(Vec4::new(0.0, 0.0, z[i], w[i]), x[i], y[i]));
-        }
-        if outside != 0 {
+        let [x, y, z, w] = transpose(positions);
+        let z = self.clip_depth.four_to_zero_to_one(z, w);
+        let inv_w = Vec4::ONE / w;
+        let place = |ndc: Vec4, i: usize| ndc * scale[i] + Vec4::splat(offset[i]);
+        let (x, y) = (place(x * inv_w, 0), place(y * inv_w, 1));
+        if !self.volume.contains_four([x, y, z, w]) {
             return positions.map(|position| self.project(position));
         }
-        core::array::from_fn(|i| ProjectedVertex {
-            x: snap(x[i]),
-            y: snap(y[i]),
-            z: depth[i],
-            inv_w: inv_w[i],
+        let depth = (z * inv_w).max(Vec4::splat(-1e12)).min(Vec4::splat(1e12));
+        let rounded = |pixels: Vec4| pixels * SUBPIXELS as f32 + ROUNDING;
+        // What rounding has added is taken away at the end: as integers, coordinates would not be floats to transpose.
+        transpose([rounded(x), rounded(y), place(depth, 2), inv_w]).map(|vertex| {
+            let [x, y, z, inv_w] = vertex.to_array();
+            ProjectedVertex { x: rounded_to(x), y: rounded_to(y), z, inv_w }
         })
     }
 

@@ -1,5 +1,6 @@
 //! The hub: state, and the way of a triangle through all the other rooms.
 
+use core::array;
 use core::fmt;
 use core::marker::PhantomData;
 
@@ -22,7 +23,7 @@ use crate::setup::sample_bounds;
 use crate::shade::Shader;
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{DOMAIN, Framebuffer, Rect};
-use crate::traverse::{HAS_FLOAT_LANES, LANES};
+use crate::traverse::HAS_FLOAT_LANES;
 use crate::vertex::Attributes;
 use crate::viewport::{ClipDepth, Viewport};
 
@@ -234,14 +235,12 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let projector = self.projector();
         let mut index = 0;
         if HAS_FLOAT_LANES {
-            while let Some(eight) = vertices.get_mut(index..).and_then(|rest| rest.first_chunk_mut::<LANES>())
-            {
-                let mut fetched = [Vec4::W; LANES];
-                for (position, index) in fetched.iter_mut().zip(index..) {
-                    *position = positions.fetch(index).unwrap_or(Vec4::W);
-                }
-                *eight = projector.project_lanes(fetched);
-                index += LANES;
+            while let Some(four) = vertices.get_mut(index..).and_then(|rest| rest.first_chunk_mut::<4>()) {
+                *four = projector.project_four(array::from_fn(|i| {
+                    // There are as many positions as vertices.
+                    positions.fetch(index + i).unwrap_or(Vec4::W)
+                }));
+                index += 4;
             }
         }
         for (vertex, index) in vertices.iter_mut().skip(index).zip(index..) {

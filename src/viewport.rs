@@ -24,6 +24,15 @@ impl ClipDepth {
             Self::NegativeOneToOne => position.with_z(position.z * 0.5 + position.w * 0.5),
         }
     }
+
+    /// The depths of four positions, brought to 0 ≤ z ≤ w.
+    #[inline(always)]
+    pub(crate) fn four_to_zero_to_one(self, z: Vec4, w: Vec4) -> Vec4 {
+        match self {
+            Self::ZeroToOne => z,
+            Self::NegativeOneToOne => z * 0.5 + w * 0.5,
+        }
+    }
 }
 
 /// Which part of the frame clip space is mapped to (Vulkan "Controlling the Viewport").
