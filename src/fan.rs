@@ -21,6 +21,9 @@ pub(crate) struct Piece {
     pub(crate) identity: Identity,
     /// Which piece of a [`Fan`] it is: corners 0, this and the next one. Zero for a whole triangle.
     pub(crate) in_fan: usize,
+    /// Which samples of a *minute* triangle are covered, whose bounds hold two by two at the most: the lowest bit is the
+    /// one at the top left, the next its right neighbour, then those below. 0 if it is not known.
+    pub(crate) covered: u8,
 }
 
 impl Piece {
@@ -30,6 +33,7 @@ impl Piece {
         vertices: [0; 3],
         identity: Identity { provoking: 0, is_front_facing: false, primitive: 0 },
         in_fan: 0,
+        covered: 0,
     };
 }
 
@@ -187,7 +191,7 @@ impl Fan {
             // One that rounding turned over: what it would cover belongs to its neighbours.
             if area2.signum() == self.area2.signum() {
                 let setup = Setup::with_area2(corners, area2);
-                return Some(Piece { setup, vertices: self.vertices, identity: self.identity, in_fan });
+                return Some(Piece { setup, vertices: self.vertices, identity: self.identity, in_fan, covered: 0 });
             }
         }
     }

@@ -103,8 +103,11 @@ impl Batch {
 }
 
 /// What the sieve says of a triangle that may be seen: in the low bits, how to bring its vertices into canonical order, as
-/// a place in [`ORDERS`]. Or else:
+/// a place in [`ORDERS`], and in the highest, which samples it covers, if that is known. Or else:
 mod verdict {
+    pub(super) const ORDER: u32 = 7;
+    /// See [`Piece::covered`](crate::fan::Piece), from this bit on.
+    pub(super) const COVERED: u32 = 8;
     /// It is not drawn.
     pub(super) const HIDDEN: u32 = 8;
     /// It has to be clipped, or its area is zero in `f32`: look closer.
@@ -251,20 +254,23 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         (self.batch.len, self.batch.next) = (len, 0);
     }
 
-    /// Hides triangles that lie between samples, of those whose bounds hold one or two, or two by two. Half of the
-    /// triangles in the size of a pixel do: finding out takes less than setting them up.
+    /// Finds out which samples are covered by triangles whose bounds hold one or two, or two by two. Half of the triangles
+    /// in the size of a pixel lie between samples: they are hidden.
     #[inline(always)]
     fn sift_minute(&mut self) {
         let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
+        let area = self.area.map(|edge| edge as f32 + ROUNDING);
         for i in 0..BATCH {
             let [ax, bx, cx] = [ax[i] as f32, bx[i] as f32, cx[i] as f32];
             let [ay, by, cy] = [ay[i] as f32, by[i] as f32, cy[i] as f32];
             let (left, right) = (pixel(min(min(ax, bx), cx)), pixel(max(max(ax, bx), cx)));
             let (top, bottom) = (pixel(min(min(ay, by), cy)), pixel(max(max(ay, by), cy)));
             let is_minute = (right - left <= 2.0) & (bottom - top <= 2.0);
+            let is_inside =
+                (left >= area[0]) & (right <= area[2]) & (top >= area[1]) & (bottom <= area[3]);
             let sample = |pixel: f32| (pixel - ROUNDING) * 256.0 + 128.0;
             let (x, y) = (sample(left), sample(top));
-            let clockwise = if verdicts[i] & 7 >= 3 { -1.0 } else { 1.0 };
+            let clockwise = if verdicts[i] & verdict::ORDER >= 3 { -1.0 } else { 1.0 };
             let edge = |px: f32, py: f32, qx: f32, qy: f32| {
                 let (a, b) = ((py - qy) * clockwise, (qx - px) * clockwise);
                 // A top or left edge has a > 0, or a = 0 and b > 0.
@@ -277,9 +283,15 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 let at = |(e, a, b): (f32, f32, f32)| e + a * right + b * down;
                 min(min(at(e0), at(e1)), at(e2))
             };
-            let covered = max(max(least(0.0, 0.0), least(1.0, 0.0)), max(least(0.0, 1.0), least(1.0, 1.0)));
+            let bit = |least: f32, bit: u32| if least > 0.0 { bit << verdict::COVERED } else { 0 };
+            let covered = bit(least(0.0, 0.0), 1)
+                | bit(least(1.0, 0.0), 2)
+                | bit(least(0.0, 1.0), 4)
+                | bit(least(1.0, 1.0), 8);
+            let found = if covered == 0 { verdict::HIDDEN } else { covered };
             let is_decided = verdicts[i] & verdict::UNDECIDED == 0;
-            verdicts[i] |= if is_decided & is_minute & (covered < 0.0) { verdict::HIDDEN } else { 0 };
+            // Of one that reaches out of the area, it is left open.
+            verdicts[i] |= if is_decided & is_minute & (is_inside | (covered == 0)) { found } else { 0 };
         }
     }
 
@@ -305,8 +317,9 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             let number = self.batch.primitive.wrapping_add(lane as u32);
             let vertices = triangle.vertices;
             let setup = if verdict & verdict::UNDECIDED == 0 {
-                let order = *ORDERS.get(verdict as usize)?;
-                Setup::of_corners(self.corners(reorder(vertices, order)), verdict as u8)
+                let place = verdict & verdict::ORDER;
+                let order = *ORDERS.get(place as usize)?;
+                Setup::of_corners(self.corners(reorder(vertices, order)), place as u8)
             } else {
                 if !self.look_closer(triangle, number, fan) {
                     continue;
@@ -314,7 +327,8 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 self.aside.setup
             };
             let identity = self.facing.identity(triangle, setup.is_counter_clockwise(), number);
-            return Some(Piece { setup, vertices, identity, in_fan: 0 });
+            let covered = (verdict >> verdict::COVERED) as u8;
+            return Some(Piece { setup, vertices, identity, in_fan: 0, covered });
         }
     }
 

@@ -83,6 +83,7 @@ mod tiny;
 mod coarse;
 mod traverse;
 mod interpolate;
+mod minute;
 mod fragment;
 mod fan;
 mod geometry;

@@ -84,6 +84,16 @@ impl<C, D> Packet<'_, C, D> {
         filled
     }
 
+    /// Sets one fragment.
+    #[inline(always)]
+    pub(crate) fn put(&mut self, at: usize, (x, y): (i32, i32), sample: Sample, z: f32, place: u8) {
+        let at = at & (PACKET - 1);
+        let Sample { p, q, sum, l, m } = sample;
+        (self.p[at], self.q[at], self.sum[at], self.l[at], self.m[at]) = (p, q, sum, l, m);
+        (self.z[at], self.x[at], self.y[at]) = (z, x, y);
+        self.places[at & 63] = place;
+    }
+
     /// What the first `len` fragments of a tiny triangle are shaded from. Four at a time are worked out, so what follows is
     /// overwritten.
     #[inline(always)]

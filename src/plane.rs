@@ -48,6 +48,12 @@ impl DepthPlane {
         self.z + e0 * self.more[0] + e1 * self.more[1]
     }
 
+    /// At a sample where the edge functions are these, inside the depth range.
+    #[inline(always)]
+    pub(crate) fn at_sample(&self, [e0, e1, _]: [f32; 3]) -> f32 {
+        self.clamp(self.at_edges(e0, e1))
+    }
+
     /// At four samples where the edge functions are these, inside the depth range.
     #[inline(always)]
     pub(crate) fn at(&self, [e0, e1, _]: [Vec4; 3]) -> Vec4 {

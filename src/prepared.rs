@@ -298,7 +298,7 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
             match record.bounds() {
                 Some(bounds) if overlap(bounds, area) => {
                     let (setup, identity) = (record.setup()?, record.identity());
-                    return Some(Piece { setup, vertices: [0; 3], identity, in_fan: 0 });
+                    return Some(Piece { setup, vertices: [0; 3], identity, in_fan: 0, covered: 0 });
                 }
                 None if record.kind == Kind::Clipped => self.fan = Some(record.fan(&self.projector)),
                 _ => {}

@@ -554,10 +554,10 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             let history = source.history(&piece);
             let Some(varyings) = source.varyings(&piece, history.as_ref()) else { continue };
             let pedigree = history.as_ref().map(History::pedigree);
-            let Piece { setup, identity, .. } = piece;
+            let Piece { setup, identity, covered, .. } = piece;
             let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
             let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);
-            shader.draw(&setup, &shading, &plane, &mut packet, &mut statistics);
+            shader.draw((&setup, covered), &shading, &plane, &mut packet, &mut statistics);
         }
         statistics
     }

@@ -175,6 +175,13 @@ impl Setup {
         Rect::from_edges(left, top, right, bottom)
     }
 
+    /// The pixel at the top left of its bounds.
+    #[inline(always)]
+    pub(crate) fn top_left(&self) -> (i32, i32) {
+        let [a, b, c] = self.corners;
+        (first_sample(a.x().min(b.x()).min(c.x())), first_sample(a.y()))
+    }
+
     /// Its edge functions; edge `i` lies opposite corner `i`, so that barycentric `i` is `edges[i] / area2`.
     #[inline(always)]
     #[must_use]

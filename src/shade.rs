@@ -23,6 +23,7 @@ use crate::coarse::{Coarse, DepthRow, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
+use crate::minute::Minute;
 use crate::packet::{NARROW, PACKET, Packet, RAMP, copy, copy_windows, place_of};
 use crate::plane::DepthPlane;
 use crate::setup::Setup;
@@ -48,10 +49,11 @@ pub(crate) struct Shader<'a, F, T, S, const BLENDS: bool> {
 /// How many pixels of four bytes a cache line holds.
 const CACHE_LINE: usize = 16;
 
-/// What is left of a triangle to be shaded: all of a tiny one, which is in the packet already, or row after row.
+/// What is left of a triangle to be shaded: all of a tiny one, which is in the packet already, from here on and so many
+/// fragments; or row after row.
 #[expect(clippy::large_enum_variant, reason = "it never moves")]
 enum Work<'a, V> {
-    Tiny(Tiny, usize),
+    Tiny((i32, i32), usize),
     Rows(Solver, Band<'a, V>, Progress),
 }
 
@@ -135,11 +137,11 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     /// packet's pixels, which nobody else can see; others spare themselves the copy.
     const MAY_READ: bool = size_of::<S>() > 0;
 
-    /// Draws a triangle.
+    /// Draws a triangle, of which these samples are [`covered`](Piece::covered).
     #[inline(always)]
     pub(crate) fn draw<V, R>(
         &mut self,
-        setup: &Setup,
+        (setup, covered): (&Setup, u8),
         shading: &Shading<'_, V>,
         plane: &DepthPlane,
         packet: &mut Packet<'_, F::Color, F::Depth>,
@@ -149,13 +151,20 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let mut work = if is_tiny(setup) {
+        let mut work = if covered != 0 {
+            let place = setup.top_left();
+            let len = self.fill_minute(setup, covered, shading, plane, packet);
+            if len == 0 {
+                return;
+            }
+            Work::Tiny(place, len)
+        } else if is_tiny(setup) {
             let tiny = Tiny::new(setup, self.target_area, self.render_area);
             let len = self.fill_tiny(&tiny, shading, plane, packet);
             if len == 0 {
                 return;
             }
-            Work::Tiny(tiny, len)
+            Work::Tiny((tiny.x, tiny.y), len)
         } else {
             let band = Band::new(setup, shading, plane, self.render_area);
             Work::Rows(Solver::new(setup), band, Progress::default())
@@ -241,7 +250,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 self.restore(&work, (begin, len, asked), packet);
             }
             match &mut work {
-                Work::Tiny(tiny, len) => return self.write_tiny(tiny, *len, packet),
+                Work::Tiny(place, len) => return self.write_tiny(*place, *len, packet),
                 Work::Rows(_, band, at) if at.gathered.is_empty() => {
                     if Self::MAY_READ {
                         let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, asked);
@@ -275,10 +284,10 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
         };
         match work {
-            Work::Tiny(tiny, len) => {
-                for (at, &place) in places.iter().enumerate().take(*len) {
+            &Work::Tiny((x, y), len) => {
+                for (at, &place) in places.iter().enumerate().take(len) {
                     let (dx, dy) = place_of(place);
-                    restore(at, 1, (tiny.x + dx, tiny.y + dy), 1);
+                    restore(at, 1, (x + dx, y + dy), 1);
                 }
             }
             Work::Rows(_, band, at) if at.gathered.is_empty() => {
@@ -297,6 +306,32 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
         }
         discarded.fill(0);
+    }
+
+    /// Fills a packet with the fragments of a minute triangle that pass the depth test. Gives how many.
+    #[inline(always)]
+    fn fill_minute<V: Varyings>(
+        &mut self,
+        setup: &Setup,
+        covered: u8,
+        shading: &Shading<'_, V>,
+        plane: &DepthPlane,
+        packet: &mut Packet<'_, F::Color, F::Depth>,
+    ) -> usize {
+        let mut filled = 0;
+        for sample in Minute::new(setup, covered) {
+            let z = plane.at_sample(sample.edges);
+            let run = self.target.run(sample.x, sample.y, 1);
+            let (Some(&color), Some(&depth)) = (run.color.first(), run.depth.first()) else { continue };
+            if passes(self.test, z, depth) {
+                packet.put(filled, (sample.x, sample.y), shading.sample(sample.edges), z, sample.place);
+                if BLENDS {
+                    packet.colors[filled] = color;
+                }
+                filled += 1;
+            }
+        }
+        filled
     }
 
     /// Fills a packet with the fragments of a tiny triangle that pass the depth test. Gives how many.
@@ -365,11 +400,11 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
 
     /// Writes the pixels of a tiny triangle.
     #[inline(always)]
-    fn write_tiny(&mut self, tiny: &Tiny, len: usize, packet: &Packet<'_, F::Color, F::Depth>) {
+    fn write_tiny(&mut self, (x, y): (i32, i32), len: usize, packet: &Packet<'_, F::Color, F::Depth>) {
         let pixels = packet.places.iter().zip(&*packet.colors).zip(&*packet.depths);
         for ((&place, &color), &depth) in pixels.take(len) {
             let (dx, dy) = place_of(place);
-            let run = self.target.run(tiny.x + dx, tiny.y + dy, 1);
+            let run = self.target.run(x + dx, y + dy, 1);
             if let (Some(to_color), Some(to_depth)) = (run.color.first_mut(), run.depth.first_mut()) {
                 *to_color = color;
                 if self.test.writes() {

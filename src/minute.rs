@@ -1,0 +1,53 @@
+//! Triangles of up to two by two samples: of a mesh finer than the screen, nearly all of them.
+//!
+//! The [sieve](crate::geometry) has found out which samples they cover, so there is nothing left to traverse. Each sample
+//! is worked out alone, in as few steps as there are: most such triangles cover one.
+
+use crate::setup::Setup;
+use crate::triple::each;
+
+/// The covered samples of a minute triangle, from the top left on.
+pub(crate) struct Minute<'a> {
+    setup: &'a Setup,
+    /// The pixel at the top left of its bounds.
+    x: i32,
+    y: i32,
+    /// Those of the samples that are still to come.
+    covered: u8,
+}
+
+/// A covered sample.
+pub(crate) struct Place {
+    pub(crate) x: i32,
+    pub(crate) y: i32,
+    /// Its place from the top left on, in windows of eight.
+    pub(crate) place: u8,
+    /// The edge functions.
+    pub(crate) edges: [f32; 3],
+}
+
+impl<'a> Minute<'a> {
+    #[inline(always)]
+    pub(crate) fn new(setup: &'a Setup, covered: u8) -> Self {
+        let (x, y) = setup.top_left();
+        Self { setup, x, y, covered }
+    }
+}
+
+impl Iterator for Minute<'_> {
+    type Item = Place;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Place> {
+        if self.covered == 0 {
+            return None;
+        }
+        let bit = self.covered.trailing_zeros() as i32;
+        self.covered &= self.covered - 1;
+        let (dx, dy) = (bit & 1, bit >> 1);
+        let (x, y) = (self.x + dx, self.y + dy);
+        // No more than 2²¹.
+        let edges = each(self.setup.edges(), |edge| edge.at(x, y) as i32 as f32);
+        Some(Place { x, y, place: (dx + 8 * dy) as u8, edges })
+    }
+}
