@@ -100,6 +100,14 @@ impl Batch {
         next: 0,
         primitive: 0,
     };
+
+    /// Puts a triangle's vertices in their place.
+    #[inline(always)]
+    fn put(&mut self, at: usize, [a, b, c]: [ProjectedVertex; 3]) {
+        let Self { x: [ax, bx, cx], y: [ay, by, cy], .. } = self;
+        (ax[at], bx[at], cx[at]) = (a.x(), b.x(), c.x());
+        (ay[at], by[at], cy[at]) = (a.y(), b.y(), c.y());
+    }
 }
 
 /// What the sieve says of a triangle that may be seen: in the low bits, how to bring its vertices into canonical order, as
@@ -160,7 +168,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[inline(always)]
     fn corners(&mut self, vertices: [usize; 3]) -> [ProjectedVertex; 3] {
         if P::ARE_PROJECTED {
-            return each(vertices, |index| self.positions.projected(index).unwrap_or_default());
+            return each(vertices, |index| self.positions.projected().get(index).copied().unwrap_or_default());
         }
         let corners = each(vertices, |index| {
             for (i, vertex) in self.before {
@@ -180,11 +188,17 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     fn refill(&mut self) -> bool {
         self.batch.primitive = self.batch.primitive.wrapping_add(self.batch.count as u32);
         let count = self.triangles.next_some(&mut self.batch.triangles);
-        for i in 0..count.min(BATCH) {
-            let [a, b, c] = self.corners(self.batch.triangles[i].vertices);
-            let Batch { x: [ax, bx, cx], y: [ay, by, cy], .. } = &mut self.batch;
-            (ax[i], bx[i], cx[i]) = (a.x(), b.x(), c.x());
-            (ay[i], by[i], cy[i]) = (a.y(), b.y(), c.y());
+        if P::ARE_PROJECTED {
+            let (vertices, batch) = (self.positions.projected(), &mut self.batch);
+            for i in 0..count.min(BATCH) {
+                let corner = |index: usize| *vertices.get(index).unwrap_or(&ProjectedVertex::BLANK);
+                batch.put(i, each(batch.triangles[i].vertices, corner));
+            }
+        } else {
+            for i in 0..count.min(BATCH) {
+                let corners = self.corners(self.batch.triangles[i].vertices);
+                self.batch.put(i, corners);
+            }
         }
         self.batch.count = count;
         self.statistics.primitives += count as u64;

@@ -248,8 +248,8 @@ pub trait Positions {
     /// The clip-space position of a vertex.
     fn clip(&self, index: usize) -> Option<Vec4>;
 
-    /// The vertex on the subpixel grid, if it has been put there before.
-    fn projected(&self, index: usize) -> Option<ProjectedVertex>;
+    /// The vertices on the subpixel grid, if they were put there before; else none.
+    fn projected(&self) -> &[ProjectedVertex];
 }
 
 impl<A: Attributes<Value = Vec4>> Positions for A {
@@ -266,8 +266,8 @@ impl<A: Attributes<Value = Vec4>> Positions for A {
     }
 
     #[inline(always)]
-    fn projected(&self, _: usize) -> Option<ProjectedVertex> {
-        None
+    fn projected(&self) -> &[ProjectedVertex] {
+        &[]
     }
 }
 
@@ -300,8 +300,8 @@ impl<A: Attributes<Value = Vec4>> Positions for Projected<'_, A> {
     }
 
     #[inline(always)]
-    fn projected(&self, index: usize) -> Option<ProjectedVertex> {
-        self.vertices.get(index).copied()
+    fn projected(&self) -> &[ProjectedVertex] {
+        self.vertices
     }
 }
 
