@@ -52,15 +52,21 @@ const CACHE_LINE: usize = 16;
 /// What is left of a triangle to be shaded: all of a tiny one, which is in the packet already, from here on and so many
 /// fragments; or row after row.
 #[expect(clippy::large_enum_variant, reason = "it never moves")]
-enum Work<'a, V> {
+enum Work {
     Tiny((i32, i32), usize),
-    Rows(Solver, Band<'a, V>, Progress),
+    Rows(Solver, Band, Progress),
+}
+
+/// What fragments of a triangle are made of. (A band does not hold this: nothing that is referred to from memory can stay
+/// in registers.)
+#[derive(Clone, Copy)]
+struct Triangle<'a, V> {
+    shading: &'a Shading<'a, V>,
+    plane: &'a DepthPlane,
 }
 
 /// Some rows of a triangle, ready to be shaded.
-struct Band<'a, V> {
-    shading: &'a Shading<'a, V>,
-    plane: &'a DepthPlane,
+struct Band {
     step: Sample,
     rows: Rows,
     /// Depth at the anchors.
@@ -74,15 +80,13 @@ struct Band<'a, V> {
     is_narrow: bool,
 }
 
-impl<'a, V: Varyings> Band<'a, V> {
+impl Band {
     /// Above the first rows.
     #[inline(always)]
-    fn new(setup: &Setup, shading: &'a Shading<'a, V>, plane: &'a DepthPlane, area: Rect) -> Self {
+    fn new<V: Varyings>(setup: &Setup, triangle: Triangle<'_, V>, area: Rect) -> Self {
         let bounds = setup.bounds();
         Self {
-            shading,
-            plane,
-            step: shading.step_x(),
+            step: triangle.shading.step_x(),
             rows: Rows::EMPTY,
             z: [0.0; LANES],
             y: bounds.y.max(area.y),
@@ -94,7 +98,7 @@ impl<'a, V: Varyings> Band<'a, V> {
 
     /// Solves the next rows and cuts them to the area. False when there are no more.
     #[inline(always)]
-    fn solve(&mut self, solver: &Solver, area: Rect) -> bool {
+    fn solve(&mut self, solver: &Solver, plane: &DepthPlane, area: Rect) -> bool {
         self.y += self.count as i32;
         if self.y >= self.bottom {
             return false;
@@ -105,16 +109,16 @@ impl<'a, V: Varyings> Band<'a, V> {
         for lane in 0..LANES {
             self.rows.start[lane] = self.rows.start[lane].max(left);
             self.rows.end[lane] = self.rows.end[lane].min(right);
-            self.z[lane] = self.plane.at_edges(self.rows.edges[0][lane], self.rows.edges[1][lane]);
+            self.z[lane] = plane.at_edges(self.rows.edges[0][lane], self.rows.edges[1][lane]);
         }
         true
     }
 
     /// Depth on a row.
     #[inline(always)]
-    fn depth(&self, lane: usize) -> DepthRow<'a> {
+    fn depth<'a>(&self, plane: &'a DepthPlane, lane: usize) -> DepthRow<'a> {
         let (z, anchor) = (self.z[lane], self.rows.anchor[lane]);
-        DepthRow { plane: self.plane, y: self.y + lane as i32, z, anchor }
+        DepthRow { plane, y: self.y + lane as i32, z, anchor }
     }
 
     /// How many samples of a row are covered.
@@ -125,9 +129,9 @@ impl<'a, V: Varyings> Band<'a, V> {
 
     /// What weights are made of at a row's anchor.
     #[inline(always)]
-    fn base(&self, lane: usize) -> Sample {
+    fn base<V: Varyings>(&self, shading: &Shading<'_, V>, lane: usize) -> Sample {
         let [a, b, c] = &self.rows.edges;
-        self.shading.sample([a[lane], b[lane], c[lane]])
+        shading.sample([a[lane], b[lane], c[lane]])
     }
 }
 
@@ -151,6 +155,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
+        let triangle = Triangle { shading, plane };
         let mut work = if covered != 0 {
             let place = setup.top_left();
             let len = self.fill_minute(setup, covered, shading, plane, packet);
@@ -166,17 +171,17 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
             Work::Tiny((tiny.x, tiny.y), len)
         } else {
-            let band = Band::new(setup, shading, plane, self.render_area);
+            let band = Band::new(setup, triangle, self.render_area);
             Work::Rows(Solver::new(setup), band, Progress::default())
         };
         loop {
             // What to shade: fragments `begin .. end` of the packet.
             let (begin, end) = match &mut work {
                 Work::Tiny(_, len) => (0, *len),
-                Work::Rows(solver, band, at) => match self.next_fragments(band, at, packet) {
+                Work::Rows(solver, band, at) => match self.next_fragments(triangle, band, at, packet) {
                     Some(range) => range,
                     None => {
-                        if !band.solve(solver, self.render_area) {
+                        if !band.solve(solver, plane, self.render_area) {
                             return;
                         }
                         at.begin();
@@ -226,12 +231,12 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             };
 
             let varyings = *shading.varyings();
-            let triangle = shading.with_varyings(&varyings);
+            let shading = shading.with_varyings(&varyings);
             // Shade. Both results are selected, not branched on, so that a discard vectorises too.
             let mut kept = 0u32;
             for i in 0..len {
                 let at = Sample { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
-                let fragment = Fragment { triangle: &triangle, at, x: xs[i], y: ys[i], depth: z[i] };
+                let fragment = Fragment { triangle: &shading, at, x: xs[i], y: ys[i], depth: z[i] };
                 let shaded = (self.shade)(fragment, colors[i]).into();
                 let is_kept = shaded.is_some();
                 colors[i] = shaded.unwrap_or(colors[i]);
@@ -267,9 +272,9 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
 
     /// Gives discarded fragments of the packet the pixels that are there: they are about to be written with the others.
     #[inline(always)]
-    fn restore<V: Varyings>(
+    fn restore(
         &mut self,
-        work: &Work<'_, V>,
+        work: &Work,
         (begin, len, asked): (usize, usize, usize),
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) {
@@ -417,7 +422,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     /// Reads a pixel of each cache line of a band's narrow rows, all at once: where the framebuffer is larger than the
     /// cache, what is not there comes while the rest is asked for, and not a row after the other.
     #[inline(always)]
-    fn touch<V: Varyings>(&mut self, band: &Band<'_, V>) {
+    fn touch(&mut self, band: &Band) {
         for lane in 0..band.count {
             let len = band.len(lane);
             if len == 0 || len > NARROW {
@@ -444,7 +449,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     #[inline(always)]
     fn next_fragments<V: Varyings>(
         &mut self,
-        band: &Band<'_, V>,
+        triangle: Triangle<'_, V>,
+        band: &Band,
         at: &mut Progress,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> Option<(usize, usize)> {
@@ -464,13 +470,13 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 if at.len > 0 {
                     if self.coarse.learns && at.is_shaded && !at.is_discarded {
                         let columns = (*band.rows.start.get(at.lane)?, *band.rows.end.get(at.lane)?);
-                        self.coarse.learn(self.target, band.depth(at.lane), columns);
+                        self.coarse.learn(self.target, band.depth(triangle.plane, at.lane), columns);
                     }
                     at.lane += 1;
                 }
                 (at.is_shaded, at.is_discarded) = (false, false);
                 (at.len, at.lent, at.end) = (0, 0, 0);
-                let filled = self.gather_rows(band, at, packet);
+                let filled = self.gather_rows(triangle, band, at, packet);
                 if filled > 0 {
                     return Some((0, filled));
                 }
@@ -485,7 +491,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let (x, y) = (at.x, band.y + lane as i32);
             let columns = (x, band.rows.end[lane]);
             if is_between_rows || x >= at.hidden.right() {
-                at.hidden = self.coarse.hidden(self.target, band.depth(lane), columns);
+                at.hidden = self.coarse.hidden(self.target, band.depth(triangle.plane, lane), columns);
             }
             let (len, is_hidden) = self.coarse.stretch(at.hidden, columns, PACKET as i32);
             let len = len as usize;
@@ -502,7 +508,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             at.is_discarded |= lent < len;
             let len = lent;
             let old = run.depth.get(..len)?;
-            let (plane, last) = (band.plane, row.1 + len as f32 - 1.0);
+            let (plane, last) = (triangle.plane, row.1 + len as f32 - 1.0);
             let needs_clamp = !(plane.contains(row.0, row.1) && plane.contains(row.0, last));
             if !self.expects_all {
                 let passing = if needs_clamp {
@@ -515,7 +521,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     continue;
                 }
             }
-            let weights = (band.base(lane), band.step);
+            let weights = (band.base(triangle.shading, lane), band.step);
             let passing = if needs_clamp {
                 packet.set::<true>(weights, (x, y), row, plane, self.test, old)
             } else {
@@ -534,7 +540,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     #[inline(always)]
     fn gather_rows<V: Varyings>(
         &mut self,
-        band: &Band<'_, V>,
+        triangle: Triangle<'_, V>,
+        band: &Band,
         at: &mut Progress,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
@@ -546,7 +553,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     break;
                 }
                 let room = len.next_multiple_of(WINDOW);
-                let Some(gathered) = self.gather_row(band, lane, room, filled, packet) else { break };
+                let Some(gathered) = self.gather_row(triangle, band, lane, room, filled, packet) else { break };
                 filled += gathered;
             }
             at.ends[lane] = filled;
@@ -561,7 +568,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     #[inline(always)]
     fn gather_row<V: Varyings>(
         &mut self,
-        band: &Band<'_, V>,
+        triangle: Triangle<'_, V>,
+        band: &Band,
         lane: usize,
         room: usize,
         filled: usize,
@@ -574,8 +582,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let (len, dx) = (band.rows.end[lane] - x, x - band.rows.anchor[lane]);
         let run = self.target.run(x, y, room);
         let (old_colors, old_depths) = (run.color.get(..room)?, run.depth.get(..room)?);
-        let (weights, row) = ((band.base(lane), band.step), (band.z[lane], dx as f32));
-        let (plane, test) = (band.plane, self.test);
+        let (weights, row) = ((band.base(triangle.shading, lane), band.step), (band.z[lane], dx as f32));
+        let (plane, test) = (triangle.plane, self.test);
         let passing = packet.set_windows(filled, len, weights, (x, y), row, plane, test, old_depths)?;
         self.expects_all = passing == len.unsigned_abs();
         if !self.expects_all {
@@ -589,9 +597,9 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
 
     /// Writes the pixels of gathered rows.
     #[inline(always)]
-    fn write_rows<V: Varyings>(
+    fn write_rows(
         &mut self,
-        band: &Band<'_, V>,
+        band: &Band,
         at: &mut Progress,
         packet: &Packet<'_, F::Color, F::Depth>,
     ) {
@@ -608,9 +616,9 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
 
     /// Writes the pixels of a row that stands in the packet from `begin` on.
     #[inline(always)]
-    fn write_row<V: Varyings>(
+    fn write_row(
         &mut self,
-        band: &Band<'_, V>,
+        band: &Band,
         lane: usize,
         room: usize,
         begin: usize,
