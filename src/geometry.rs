@@ -114,12 +114,45 @@ impl Batch {
 /// a place in [`ORDERS`], and in the highest, which samples it covers, if that is known. Or else:
 mod verdict {
     pub(super) const ORDER: u32 = 7;
+    /// Added to the place of the first vertex.
+    pub(super) const COUNTER_CLOCKWISE: u32 = 3;
     /// See [`Piece::covered`](crate::fan::Piece), from this bit on.
     pub(super) const COVERED: u32 = 8;
     /// It is not drawn.
     pub(super) const HIDDEN: u32 = 8;
     /// It has to be clipped, or its area is zero in `f32`: look closer.
     pub(super) const UNDECIDED: u32 = 16;
+}
+
+/// Where vertices come from.
+#[derive(Debug)]
+struct Vertices<P> {
+    positions: P,
+    projector: Projector,
+    /// Strips, fans and tidy meshes name a vertex again at once: the triangle before is all the cache they need.
+    before: [(usize, ProjectedVertex); 3],
+}
+
+impl<P: Positions> Vertices<P> {
+    /// A triangle's vertices on the subpixel grid.
+    #[inline(always)]
+    fn corners(&mut self, vertices: [usize; 3]) -> [ProjectedVertex; 3] {
+        if P::ARE_PROJECTED {
+            let projected = self.positions.projected();
+            return each(vertices, |index| *projected.get(index).unwrap_or(&ProjectedVertex::BLANK));
+        }
+        let corners = each(vertices, |index| {
+            for (i, vertex) in self.before {
+                if i == index {
+                    return vertex;
+                }
+            }
+            self.positions.clip(index).map(|position| self.projector.project(position)).unwrap_or_default()
+        });
+        let ([i, j, k], [a, b, c]) = (vertices, corners);
+        self.before = [(i, a), (j, b), (k, c)];
+        corners
+    }
 }
 
 /// Iterates over the pieces of a draw.
@@ -129,14 +162,11 @@ mod verdict {
 #[derive(Debug)]
 pub(crate) struct Geometry<'a, I, P> {
     triangles: Triangles<'a, I>,
-    positions: P,
-    projector: Projector,
+    vertices: Vertices<P>,
     facing: Facing,
     /// The render area: left, top, right, bottom.
     area: [i32; 4],
     batch: Batch,
-    /// Strips, fans and tidy meshes name a vertex again at once: the triangle before is all the cache they need.
-    before: [(usize, ProjectedVertex); 3],
     /// Where what is rare leaves its result. If it returned that, the usual result would have to go through memory, too.
     aside: Piece,
     pub(crate) statistics: Statistics,
@@ -153,51 +183,27 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         let batch = Batch { primitive: triangles.first_number(), ..Batch::EMPTY };
         Self {
             triangles,
-            positions,
-            projector,
+            vertices: Vertices { positions, projector, before: [(usize::MAX, ProjectedVertex::default()); 3] },
             facing,
             area: [area.x, area.y, area.right(), area.bottom()],
             batch,
-            before: [(usize::MAX, ProjectedVertex::default()); 3],
             aside: Piece::BLANK,
             statistics: Statistics::default(),
         }
-    }
-
-    /// A triangle's vertices on the subpixel grid.
-    #[inline(always)]
-    fn corners(&mut self, vertices: [usize; 3]) -> [ProjectedVertex; 3] {
-        if P::ARE_PROJECTED {
-            return each(vertices, |index| self.positions.projected().get(index).copied().unwrap_or_default());
-        }
-        let corners = each(vertices, |index| {
-            for (i, vertex) in self.before {
-                if i == index {
-                    return vertex;
-                }
-            }
-            self.positions.clip(index).map(|position| self.projector.project(position)).unwrap_or_default()
-        });
-        let ([i, j, k], [a, b, c]) = (vertices, corners);
-        self.before = [(i, a), (j, b), (k, c)];
-        corners
     }
 
     /// Fills the batch. False when there are no more triangles.
     #[inline(always)]
     fn refill(&mut self) -> bool {
         self.batch.primitive = self.batch.primitive.wrapping_add(self.batch.count as u32);
-        let count = self.triangles.next_some(&mut self.batch.triangles);
-        if P::ARE_PROJECTED {
-            let (vertices, batch) = (self.positions.projected(), &mut self.batch);
-            for i in 0..count.min(BATCH) {
-                let corner = |index: usize| *vertices.get(index).unwrap_or(&ProjectedVertex::BLANK);
-                batch.put(i, each(batch.triangles[i].vertices, corner));
-            }
-        } else {
-            for i in 0..count.min(BATCH) {
-                let corners = self.corners(self.batch.triangles[i].vertices);
-                self.batch.put(i, corners);
+        let Self { triangles, vertices, batch, .. } = self;
+        let count = triangles.for_next(BATCH, |i, triangle| {
+            batch.triangles[i & (BATCH - 1)] = triangle;
+            batch.put(i & (BATCH - 1), vertices.corners(triangle.vertices));
+        });
+        if count < BATCH && HAS_FLOAT_LANES {
+            for coordinates in batch.x.iter_mut().chain(&mut batch.y) {
+                coordinates.get_mut(count..).unwrap_or_default().fill(0);
             }
         }
         self.batch.count = count;
@@ -213,48 +219,14 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     }
 
     /// Finds out which of the batch's triangles have to be drawn.
-    ///
-    /// All in `f32`, where differences of coordinates are exact: they have 24 bits. Products of them may be rounded, but
-    /// rounding is monotonic: the difference of two has the sign of the area, or is zero. Which zeros are lines and which
-    /// are needles is left to integers, unless both products are exact.
     #[inline(always)]
     fn sift(&mut self, count: usize) {
-        let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
-        let area = self.area.map(|edge| edge as f32 + ROUNDING);
-        let (culls_positive, culls_negative) = (self.facing.culls(1), self.facing.culls(-1));
-        let (mut culled, mut degenerate, mut minute) = (0, 0, 0);
-        for i in 0..BATCH {
-            let [ax, bx, cx] = [ax[i] as f32, bx[i] as f32, cx[i] as f32];
-            let [ay, by, cy] = [ay[i] as f32, by[i] as f32, cy[i] as f32];
-            let (p, q) = ((bx - ax) * (cy - ay), (by - ay) * (cx - ax));
-            let (area2, size) = (p - q, p.abs() + q.abs());
-            let (left, right) = (min(min(ax, bx), cx), max(max(ax, bx), cx));
-            let (top, bottom) = (min(min(ay, by), cy), max(max(ay, by), cy));
-            let (left_pixel, right_pixel) = (pixel(left), pixel(right));
-            let (top_pixel, bottom_pixel) = (pixel(top), pixel(bottom));
-            let is_seen = (max(left_pixel, area[0]) < min(right_pixel, area[2]))
-                & (max(top_pixel, area[1]) < min(bottom_pixel, area[3]));
-            let is_undecided = (left < -8_388_608.0) | ((area2 == 0.0) & (size >= 16_777_216.0));
-            let is_degenerate = !is_undecided & (area2 == 0.0);
-            let is_culled =
-                !is_undecided & (((area2 > 0.0) & culls_positive) | ((area2 < 0.0) & culls_negative));
-            let is_in = i < count;
-            degenerate += u32::from(is_degenerate & is_in);
-            culled += u32::from(is_culled & is_in);
-            let is_higher = |ax: f32, ay: f32, bx: f32, by: f32| (ay < by) | ((ay == by) & (ax < bx));
-            let b_first = is_higher(bx, by, ax, ay);
-            let c_first = is_higher(cx, cy, ax, ay) & is_higher(cx, cy, bx, by);
-            let first = if c_first { 2 } else { u32::from(b_first) };
-            let order = first + if area2 < 0.0 { 3 } else { 0 };
-            let is_hidden = !is_in | (!is_undecided & (is_degenerate | is_culled | !is_seen));
-            let is_minute = (right_pixel - left_pixel <= 2.0) & (bottom_pixel - top_pixel <= 2.0);
-            minute += u32::from(is_minute & !is_hidden);
-            verdicts[i] = order
-                | if is_hidden { verdict::HIDDEN } else { 0 }
-                | if is_undecided { verdict::UNDECIDED } else { 0 };
+        (self.batch.len, self.batch.next) = (0, 0);
+        // Meshes turn their backs in long stretches: whole batches end here.
+        if self.sift_by_facing(count) == 0 {
+            return;
         }
-        self.statistics.culled += u64::from(culled);
-        self.statistics.degenerate += u64::from(degenerate);
+        let minute = self.sift_by_bounds();
         if minute > MANY {
             self.sift_minute();
         }
@@ -265,7 +237,65 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             list[len & (BATCH - 1)] = i;
             len += usize::from(*verdict & verdict::HIDDEN == 0);
         }
-        (self.batch.len, self.batch.next) = (len, 0);
+        self.batch.len = len;
+    }
+
+    /// Hides triangles that are culled. Gives how many are left.
+    ///
+    /// All in `f32`, where differences of coordinates are exact: they have 24 bits. Products of them may be rounded, but
+    /// rounding is monotonic: the difference of two has the sign of the area, or is zero. Which zeros are lines and which
+    /// are needles is left to integers, unless both products are exact.
+    #[inline(always)]
+    fn sift_by_facing(&mut self, count: usize) -> u32 {
+        let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
+        // Times this, areas of triangles that are culled are positive.
+        let culls = f32::from(i8::from(self.facing.culls(1)) - i8::from(self.facing.culls(-1)));
+        let (mut culled, mut degenerate) = (0, 0);
+        for i in 0..BATCH {
+            let [ax, bx, cx] = [ax[i] as f32, bx[i] as f32, cx[i] as f32];
+            let [ay, by, cy] = [ay[i] as f32, by[i] as f32, cy[i] as f32];
+            let (p, q) = ((bx - ax) * (cy - ay), (by - ay) * (cx - ax));
+            let (area2, is_exact) = (p - q, p.abs() + q.abs() < 16_777_216.0);
+            let is_inside = min(min(ax, bx), cx) >= -8_388_608.0;
+            let is_degenerate = (area2 == 0.0) & is_exact & is_inside;
+            let is_culled = (area2 * culls > 0.0) & is_inside;
+            let is_undecided = !is_inside | ((area2 == 0.0) & !is_exact);
+            degenerate += u32::from(is_degenerate);
+            culled += u32::from(is_culled);
+            verdicts[i] = if area2 < 0.0 { verdict::COUNTER_CLOCKWISE } else { 0 }
+                | if is_degenerate | is_culled { verdict::HIDDEN } else { 0 }
+                | if is_undecided { verdict::UNDECIDED } else { 0 };
+        }
+        // What the batch has no triangles for is points.
+        degenerate -= (BATCH - count) as u32;
+        self.statistics.culled += u64::from(culled);
+        self.statistics.degenerate += u64::from(degenerate);
+        count as u32 - culled - degenerate
+    }
+
+    /// Hides triangles whose bounds hold no sample of the area, and finds the canonical order of the others' vertices. Gives
+    /// how many of those are minute.
+    #[inline(always)]
+    fn sift_by_bounds(&mut self) -> u32 {
+        let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
+        let area = self.area.map(|edge| edge as f32 + ROUNDING);
+        let mut minute = 0;
+        for i in 0..BATCH {
+            let [ax, bx, cx] = [ax[i] as f32, bx[i] as f32, cx[i] as f32];
+            let [ay, by, cy] = [ay[i] as f32, by[i] as f32, cy[i] as f32];
+            let (left, right) = (pixel(min(min(ax, bx), cx)), pixel(max(max(ax, bx), cx)));
+            let (top, bottom) = (pixel(min(min(ay, by), cy)), pixel(max(max(ay, by), cy)));
+            let is_seen = (max(left, area[0]) < min(right, area[2])) & (max(top, area[1]) < min(bottom, area[3]));
+            let is_higher = |ax: f32, ay: f32, bx: f32, by: f32| (ay < by) | ((ay == by) & (ax < bx));
+            let b_first = is_higher(bx, by, ax, ay);
+            let c_first = is_higher(cx, cy, ax, ay) & is_higher(cx, cy, bx, by);
+            let is_minute = (right - left <= 2.0) & (bottom - top <= 2.0);
+            minute += u32::from(is_minute & is_seen & (verdicts[i] & verdict::HIDDEN == 0));
+            let is_hidden = !is_seen & (verdicts[i] & verdict::UNDECIDED == 0);
+            verdicts[i] += if c_first { 2 } else { u32::from(b_first) };
+            verdicts[i] |= if is_hidden { verdict::HIDDEN } else { 0 };
+        }
+        minute
     }
 
     /// Finds out which samples are covered by triangles whose bounds hold one or two, or two by two. Half of the triangles
@@ -284,7 +314,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 (left >= area[0]) & (right <= area[2]) & (top >= area[1]) & (bottom <= area[3]);
             let sample = |pixel: f32| (pixel - ROUNDING) * 256.0 + 128.0;
             let (x, y) = (sample(left), sample(top));
-            let clockwise = if verdicts[i] & verdict::ORDER >= 3 { -1.0 } else { 1.0 };
+            let clockwise = if verdicts[i] & verdict::ORDER >= verdict::COUNTER_CLOCKWISE { -1.0 } else { 1.0 };
             let edge = |px: f32, py: f32, qx: f32, qy: f32| {
                 let (a, b) = ((py - qy) * clockwise, (qx - px) * clockwise);
                 // A top or left edge has a > 0, or a = 0 and b > 0.
@@ -333,7 +363,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             let setup = if verdict & verdict::UNDECIDED == 0 {
                 let place = verdict & verdict::ORDER;
                 let order = *ORDERS.get(place as usize)?;
-                Setup::of_corners(self.corners(reorder(vertices, order)), place as u8)
+                Setup::of_corners(self.vertices.corners(reorder(vertices, order)), place as u8)
             } else {
                 if !self.look_closer(triangle, number, fan) {
                     continue;
@@ -356,7 +386,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[cold]
     #[inline(never)]
     fn next_of_fan(&mut self, fan: &mut Option<Fan>) -> bool {
-        while let Some(piece) = fan.as_mut().and_then(|fan| fan.next(&self.projector)) {
+        while let Some(piece) = fan.as_mut().and_then(|fan| fan.next(&self.vertices.projector)) {
             if self.may_cover(piece.setup.corners()) {
                 self.aside = piece;
                 return true;
@@ -371,7 +401,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[cold]
     #[inline(never)]
     fn look_closer(&mut self, triangle: Triangle, number: u32, fan: &mut Option<Fan>) -> bool {
-        let corners @ [a, b, c] = self.corners(triangle.vertices);
+        let corners @ [a, b, c] = self.vertices.corners(triangle.vertices);
         if a.is_outside() | b.is_outside() | c.is_outside() {
             *fan = self.clip(triangle, corners, number);
             return false;
@@ -394,7 +424,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     fn clip(&mut self, triangle: Triangle, corners: [ProjectedVertex; 3], primitive: u32) -> Option<Fan> {
         let outcodes = each(corners, ProjectedVertex::outcode);
         let union = outcodes[0] | outcodes[1] | outcodes[2];
-        let positions = each(triangle.vertices, |index| self.positions.clip(index));
+        let positions = each(triangle.vertices, |index| self.vertices.positions.clip(index));
         let [Some(a), Some(b), Some(c)] = positions else { return None };
         if is_invalid(union) {
             self.statistics.invalid += 1;
@@ -404,8 +434,8 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             self.statistics.outside += 1;
             return None;
         }
-        let positions = self.projector.triangle_to_clip([a, b, c]);
-        let mut fan = Fan::new(triangle.vertices, positions, union, &self.projector);
+        let positions = self.vertices.projector.triangle_to_clip([a, b, c]);
+        let mut fan = Fan::new(triangle.vertices, positions, union, &self.vertices.projector);
         if fan.is_empty() {
             self.statistics.outside += 1;
             return None;

@@ -303,26 +303,26 @@ impl<I: Index> Triangles<'_, I> {
 }
 
 impl<I: Index> Triangles<'_, I> {
-    /// Takes as many triangles as there are and fit. Gives how many.
+    /// Takes up to so many triangles, and hands them on one by one, with how many came before. Gives how many there were.
     #[inline(always)]
-    pub(crate) fn next_some<const N: usize>(&mut self, triangles: &mut [Triangle; N]) -> usize {
+    pub(crate) fn for_next(&mut self, most: usize, mut take: impl FnMut(usize, Triangle)) -> usize {
         let is_list = self.primitives.topology == Topology::List && !self.primitives.restart;
         if let (true, Some(indices)) = (is_list, self.primitives.indices) {
-            let count = N.min((self.len - self.next) / 3);
+            let count = most.min((self.len - self.next) / 3);
             let indices = indices.get(self.next..self.next + 3 * count).unwrap_or_default();
             self.next += 3 * count;
-            for (triangle, indices) in triangles.iter_mut().zip(indices.chunks_exact(3)) {
+            for (at, indices) in indices.chunks_exact(3).enumerate() {
                 if let &[a, b, c] = indices {
-                    *triangle =
-                        Triangle { vertices: [a.to_usize(), b.to_usize(), c.to_usize()], last_provoking: 2 };
+                    let vertices = [a.to_usize(), b.to_usize(), c.to_usize()];
+                    take(at, Triangle { vertices, last_provoking: 2 });
                 }
             }
             return count;
         }
         let mut count = 0;
-        for place in triangles {
+        while count < most {
             let Some(triangle) = self.next() else { break };
-            *place = triangle;
+            take(count, triangle);
             count += 1;
         }
         count
