@@ -6,7 +6,7 @@
 
 use crate::coarse::{Coarse, DepthRow, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
-use crate::packet::copy;
+use crate::packet::{copy, store};
 use crate::plane::DepthPlane;
 use crate::setup::Setup;
 use crate::target::{Framebuffer, Rect};
@@ -128,20 +128,23 @@ fn test_tiny<D: DepthFormat>(
     lent: usize,
     passed: &mut [u32; 4],
 ) {
-    for half in 0..if tiny.is_narrow { 1 } else { 2 } {
+    let halves = if tiny.is_narrow { 1 } else { 2 };
+    for (half, depths) in depths.chunks_exact_mut(4).enumerate().take(halves) {
+        let Some(depths) = depths.first_chunk_mut::<4>() else { return };
         let (inside, z) = tiny.half(row, half, plane);
-        let mut is_drawn = [0; 4];
+        let (mut pixels, mut is_drawn) = (*depths, [0; 4]);
         for i in 0..4 {
             let is_inside = (inside[i] >= 0.0) & (4 * half + i < lent);
-            is_drawn[i] = u32::from(is_inside & passes(test, z[i], depths[4 * half + i]));
+            is_drawn[i] = u32::from(is_inside & passes(test, z[i], pixels[i]));
         }
         for i in 0..4 {
             passed[i] += is_drawn[i];
         }
         for i in 0..4 {
             let is_written = (is_drawn[i] != 0) & test.writes();
-            depths[4 * half + i] = if is_written { D::from_depth(z[i]) } else { depths[4 * half + i] };
+            pixels[i] = if is_written { D::from_depth(z[i]) } else { pixels[i] };
         }
+        store(depths, pixels);
     }
 }
 
@@ -171,5 +174,5 @@ fn test_window<D: DepthFormat, const N: usize>(
     for i in 0..N {
         new[i] = if (passes[i] != 0) & test.writes() { new[i] } else { old[i] };
     }
-    *depths = new;
+    store(depths, new);
 }

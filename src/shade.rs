@@ -24,7 +24,7 @@ use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::minute::Minute;
-use crate::packet::{NARROW, PACKET, Packet, RAMP, copy, copy_windows, place_of};
+use crate::packet::{NARROW, PACKET, Packet, RAMP, copy, copy_windows, place_of, store};
 use crate::plane::DepthPlane;
 use crate::setup::Setup;
 use crate::state::Statistics;
@@ -688,7 +688,7 @@ fn write_windows<T: Copy>(to: &mut [T], from: &[T], len: usize) {
             for i in 0..WINDOW {
                 pixels[i] = if (i as i32) < left { new[i] } else { pixels[i] };
             }
-            *to = pixels;
+            store(to, pixels);
         }
         left -= WINDOW as i32;
     }
