@@ -9,7 +9,7 @@ use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::packet::{copy, store};
 use crate::plane::DepthPlane;
 use crate::setup::Setup;
-use crate::target::{Framebuffer, Rect};
+use crate::target::{Borders, Framebuffer};
 use crate::tiny::{Tiny, WINDOW, is_tiny};
 use crate::traverse::{LANES, Solver};
 
@@ -18,8 +18,8 @@ use crate::traverse::{LANES, Solver};
 pub(crate) struct DepthPass<'a, F, T> {
     pub(crate) target: &'a mut F,
     /// What the framebuffer has, and which of it may be drawn to.
-    pub(crate) target_area: Rect,
-    pub(crate) render_area: Rect,
+    pub(crate) target_area: Borders,
+    pub(crate) render_area: Borders,
     pub(crate) test: T,
     pub(crate) coarse: Coarse,
 }
@@ -38,9 +38,9 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
         if is_tiny(setup) {
             return self.draw_tiny(&Tiny::new(setup, self.target_area, self.render_area), plane);
         }
-        let (area, bounds, solver) = (self.render_area, setup.bounds(), Solver::new(setup));
-        let (left, right) = (area.x, area.right());
-        let (mut top, bottom) = (area.y.max(bounds.y), area.bottom().min(bounds.bottom()));
+        let (area, bounds, solver) = (self.render_area, setup.borders(), Solver::new(setup));
+        let (left, right) = (area.left, area.right);
+        let (mut top, bottom) = (area.top.max(bounds.top), area.bottom.min(bounds.bottom));
         let mut passed = Passed::default();
         while top < bottom {
             let rows = solver.solve(top);
@@ -77,7 +77,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
         while x < end {
             let z = (row.z, (x - row.anchor) as f32);
             // A window may reach over the row's end, but not over the framebuffer's border.
-            if has_windows && x + WINDOW as i32 <= self.target_area.right() {
+            if has_windows && x + WINDOW as i32 <= self.target_area.right {
                 let run = self.target.run(x, row.y, WINDOW);
                 let Some(depths) = run.depth.first_chunk_mut() else {
                     // A framebuffer that lends less is drawn as far as it goes.
@@ -101,7 +101,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
     #[inline(always)]
     fn draw_tiny(&mut self, tiny: &Tiny, plane: &DepthPlane) -> u64 {
         let mut passed = [0; 4];
-        let room = WINDOW.min((self.target_area.right() - tiny.x) as usize);
+        let room = WINDOW.min((self.target_area.right - tiny.x) as usize);
         for row in 0..tiny.rows {
             let depths = self.target.run(tiny.x, tiny.y + row, room).depth;
             if let Some(window) = depths.first_chunk_mut() {

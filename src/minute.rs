@@ -4,6 +4,7 @@
 //! is worked out alone, in as few steps as there are: most such triangles cover one.
 
 use crate::setup::Setup;
+use crate::target::Borders;
 use crate::triple::each;
 
 /// The covered samples of a minute triangle, from the top left on.
@@ -29,8 +30,8 @@ pub(crate) struct Place {
 impl<'a> Minute<'a> {
     #[inline(always)]
     pub(crate) fn new(setup: &'a Setup, covered: u8) -> Self {
-        let (x, y) = setup.top_left();
-        Self { setup, x, y, covered }
+        let Borders { left, top, .. } = setup.borders();
+        Self { setup, x: left, y: top, covered }
     }
 }
 

@@ -412,6 +412,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let mut geometry = self.geometry(primitives, positions, &(), render_area)?;
         let mut fan = None;
         let coarse = Coarse::new(target, render_area, self.depth_test);
+        let (target_area, render_area) = (target_area.borders(), render_area.borders());
         let mut pass = DepthPass { target, target_area, render_area, test: self.depth_test, coarse };
         let mut passed = 0;
         while let Some(piece) = geometry.next(&mut fan) {
@@ -543,8 +544,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let (test, coarse) = (self.depth_test, Coarse::new(target, render_area, self.depth_test));
         let mut shader = Shader::<_, _, _, BLENDS> {
             target,
-            target_area,
-            render_area,
+            target_area: target_area.borders(),
+            render_area: render_area.borders(),
             test,
             shade,
             expects_all: true,

@@ -14,7 +14,7 @@
 
 use crate::edge::EdgeFunction;
 use crate::project::{ProjectedVertex, SUBPIXELS};
-use crate::target::Rect;
+use crate::target::{Borders, Rect};
 use crate::triple::each;
 
 /// A triangle on the subpixel grid, ready to be traversed: plain data, `Copy`, independent of any framebuffer.
@@ -175,11 +175,12 @@ impl Setup {
         Rect::from_edges(left, top, right, bottom)
     }
 
-    /// The pixel at the top left of its bounds.
+    /// The same by their borders. The first corner is the topmost.
     #[inline(always)]
-    pub(crate) fn top_left(&self) -> (i32, i32) {
+    pub(crate) fn borders(&self) -> Borders {
         let [a, b, c] = self.corners;
-        (first_sample(a.x().min(b.x()).min(c.x())), first_sample(a.y()))
+        let [left, _, right, bottom] = sample_bounds(a, b, c);
+        Borders { left, top: first_sample(a.y()), right, bottom }
     }
 
     /// Its edge functions; edge `i` lies opposite corner `i`, so that barycentric `i` is `edges[i] / area2`.

@@ -28,7 +28,7 @@ use crate::packet::{NARROW, PACKET, Packet, RAMP, copy, copy_windows, place_of, 
 use crate::plane::DepthPlane;
 use crate::setup::Setup;
 use crate::state::Statistics;
-use crate::target::{Framebuffer, Rect};
+use crate::target::{Borders, Framebuffer};
 use crate::tiny::{Tiny, WINDOW, is_tiny};
 use crate::traverse::{LANES, Rows, Solver};
 
@@ -37,8 +37,8 @@ use crate::traverse::{LANES, Rows, Solver};
 pub(crate) struct Shader<'a, F, T, S, const BLENDS: bool> {
     pub(crate) target: &'a mut F,
     /// What the framebuffer has, and which of it may be drawn to.
-    pub(crate) target_area: Rect,
-    pub(crate) render_area: Rect,
+    pub(crate) target_area: Borders,
+    pub(crate) render_area: Borders,
     pub(crate) test: T,
     pub(crate) shade: S,
     /// Whether all fragments of the last stretch passed: most likely those of the next will.
@@ -83,29 +83,29 @@ struct Band {
 impl Band {
     /// Above the first rows.
     #[inline(always)]
-    fn new<V: Varyings>(setup: &Setup, triangle: Triangle<'_, V>, area: Rect) -> Self {
-        let bounds = setup.bounds();
+    fn new<V: Varyings>(setup: &Setup, triangle: Triangle<'_, V>, area: Borders) -> Self {
+        let bounds = setup.borders();
         Self {
             step: triangle.shading.step_x(),
             rows: Rows::EMPTY,
             z: [0.0; LANES],
-            y: bounds.y.max(area.y),
+            y: bounds.top.max(area.top),
             count: 0,
-            bottom: bounds.bottom().min(area.bottom()),
-            is_narrow: bounds.width <= WINDOW as u32,
+            bottom: bounds.bottom.min(area.bottom),
+            is_narrow: bounds.right - bounds.left <= WINDOW as i32,
         }
     }
 
     /// Solves the next rows and cuts them to the area. False when there are no more.
     #[inline(always)]
-    fn solve(&mut self, solver: &Solver, plane: &DepthPlane, area: Rect) -> bool {
+    fn solve(&mut self, solver: &Solver, plane: &DepthPlane, area: Borders) -> bool {
         self.y += self.count as i32;
         if self.y >= self.bottom {
             return false;
         }
         self.rows = solver.solve(self.y);
         self.count = LANES.min((self.bottom - self.y) as usize);
-        let (left, right) = (area.x, area.right());
+        let (left, right) = (area.left, area.right);
         for lane in 0..LANES {
             self.rows.start[lane] = self.rows.start[lane].max(left);
             self.rows.end[lane] = self.rows.end[lane].min(right);
@@ -157,7 +157,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     {
         let triangle = Triangle { shading, plane };
         let mut work = if covered != 0 {
-            let place = setup.top_left();
+            let Borders { left, top, .. } = setup.borders();
+            let place = (left, top);
             let len = self.fill_minute(setup, covered, shading, plane, packet);
             if len == 0 {
                 return;
@@ -368,7 +369,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         plane: &DepthPlane,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
-        let room = WINDOW.min((self.target_area.right() - tiny.x) as usize);
+        let room = WINDOW.min((self.target_area.right - tiny.x) as usize);
         let mut filled = 0;
         for (row, number) in (0..tiny.rows).zip(0..) {
             let run = self.target.run(tiny.x, tiny.y + row, room);
@@ -576,7 +577,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> Option<usize> {
         let (x, y) = (band.rows.start[lane], band.y + lane as i32);
-        if filled + room > PACKET || x + room as i32 > self.target_area.right() {
+        if filled + room > PACKET || x + room as i32 > self.target_area.right {
             return None;
         }
         let (len, dx) = (band.rows.end[lane] - x, x - band.rows.anchor[lane]);

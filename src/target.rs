@@ -32,6 +32,15 @@ pub struct Rect {
     pub height: u32,
 }
 
+/// A rectangle of pixels: its first column and row, and one past its last ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Borders {
+    pub(crate) left: i32,
+    pub(crate) top: i32,
+    pub(crate) right: i32,
+    pub(crate) bottom: i32,
+}
+
 impl Rect {
     /// `width` × `height` pixels with the top left one at (0, 0).
     #[must_use]
@@ -45,6 +54,12 @@ impl Rect {
         let width = if right > left { right.abs_diff(left) } else { 0 };
         let height = if bottom > top { bottom.abs_diff(top) } else { 0 };
         Self { x: left, y: top, width, height }
+    }
+
+    /// The same by its borders, worked out once: the right and bottom ones are sums that may not overflow.
+    #[inline(always)]
+    pub(crate) const fn borders(self) -> Borders {
+        Borders { left: self.x, top: self.y, right: self.right(), bottom: self.bottom() }
     }
 
     /// One past the last column, at most `i32::MAX`.

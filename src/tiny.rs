@@ -17,7 +17,7 @@ use crate::fragment::Shading;
 use crate::interpolate::Varyings;
 use crate::plane::DepthPlane;
 use crate::setup::Setup;
-use crate::target::Rect;
+use crate::target::Borders;
 use crate::triple::each;
 
 /// Samples in a window.
@@ -59,14 +59,14 @@ pub(crate) struct Tiny {
 impl Tiny {
     /// A tiny triangle's window in a framebuffer that has `target`, of which `area` may be drawn to.
     #[inline(always)]
-    pub(crate) fn new(setup: &Setup, target: Rect, area: Rect) -> Self {
-        let bounds = setup.bounds();
-        let y = bounds.y.max(area.y);
-        let rows = bounds.bottom().min(area.bottom()) - y;
+    pub(crate) fn new(setup: &Setup, target: Borders, area: Borders) -> Self {
+        let bounds = setup.borders();
+        let y = bounds.top.max(area.top);
+        let rows = bounds.bottom.min(area.bottom) - y;
         // As far left as the framebuffer allows, if it ends too early on the right.
-        let x = bounds.x.min(target.right() - WINDOW as i32).max(target.x);
+        let x = bounds.left.min(target.right - WINDOW as i32).max(target.left);
         let [p, q, r] = each(setup.corners(), |v| {
-            [(v.x() - (bounds.x << 8) - 128) as f32, (v.y() - (y << 8) - 128) as f32]
+            [(v.x() - (bounds.left << 8) - 128) as f32, (v.y() - (y << 8) - 128) as f32]
         });
         let (from_x, to_x) = (Vec4::new(q[0], r[0], p[0], p[0]), Vec4::new(r[0], p[0], q[0], q[0]));
         let (from_y, to_y) = (Vec4::new(q[1], r[1], p[1], p[1]), Vec4::new(r[1], p[1], q[1], q[1]));
@@ -77,10 +77,10 @@ impl Tiny {
         let is_top_left = (a * 8192.0 + b).cmpgt(Vec4::ZERO);
         let least = Vec4::select(is_top_left, Vec4::ZERO, Vec4::ONE).to_array();
         let (a, b, c) = ((a * 256.0).to_array(), (b * 256.0).to_array(), c.to_array());
-        let (left, right) = ((area.x - x) as f32, (area.right() - x - 1) as f32);
+        let (left, right) = ((area.left - x) as f32, (area.right - x - 1) as f32);
         let may_draw = |columns: Vec4| (columns - left).min(Vec4::splat(right) - columns).to_array();
-        let is_narrow = bounds.right().min(area.right()) - x <= 4;
-        let (dx, may_draw) = ((x - bounds.x) as f32, [may_draw(COLUMNS), may_draw(COLUMNS + 4.0)]);
+        let is_narrow = bounds.right.min(area.right) - x <= 4;
+        let (dx, may_draw) = ((x - bounds.left) as f32, [may_draw(COLUMNS), may_draw(COLUMNS + 4.0)]);
         Self { x, y, rows, is_narrow, dx, a, b, c, least, may_draw }
     }
 
@@ -158,6 +158,7 @@ mod tests {
     use super::*;
     use crate::depth::{DepthBias, Less};
     use crate::project::ProjectedVertex;
+    use crate::target::Rect;
     use std::vec::Vec;
 
     /// Tiny triangles of all sizes, some as large as can be, with corners on a grid of `step` subpixels.
@@ -196,7 +197,7 @@ mod tests {
             let plane = DepthPlane::new::<f32>(&setup, DepthBias::default(), (0.0, 1.0));
             for frame in frames {
                 let area = frame.intersection(Rect { x: -60, y: -11, width: 60, height: 9 });
-                let tiny = Tiny::new(&setup, frame, area);
+                let tiny = Tiny::new(&setup, frame.borders(), area.borders());
                 let mut found = Vec::new();
                 for row in 0..tiny.rows {
                     let chosen = tiny.chosen::<_, WINDOW>(row, &plane, Less, &[1.0f32; WINDOW]);
