@@ -6,6 +6,7 @@
 
 use crate::coarse::{Coarse, DepthRow, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
+use crate::minute::Minute;
 use crate::packet::{copy, store};
 use crate::plane::DepthPlane;
 use crate::setup::Setup;
@@ -32,9 +33,12 @@ struct Passed {
 }
 
 impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
-    /// Draws a triangle. Gives how many fragments passed.
+    /// Draws a triangle, of which these samples are [`covered`](crate::fan::Piece). Gives how many fragments passed.
     #[inline(always)]
-    pub(crate) fn draw(&mut self, setup: &Setup, plane: &DepthPlane) -> u64 {
+    pub(crate) fn draw(&mut self, (setup, covered): (&Setup, u8), plane: &DepthPlane) -> u64 {
+        if covered != 0 {
+            return self.draw_minute(*setup, covered, *plane);
+        }
         if is_tiny(setup) {
             return self.draw_tiny(&Tiny::new(setup, self.target_area, self.render_area), plane);
         }
@@ -97,6 +101,25 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
         true
     }
 
+    /// Draws a minute triangle. Gives how many fragments passed.
+    ///
+    /// A call, and by value: inlined, it would take registers from the loops over larger ones' rows.
+    #[inline(never)]
+    fn draw_minute(&mut self, setup: Setup, covered: u8, plane: DepthPlane) -> u64 {
+        let mut passed = 0;
+        for sample in Minute::new(&setup, covered) {
+            let z = plane.at_sample(sample.edges);
+            let Some(depth) = self.target.run(sample.x, sample.y, 1).depth.first_mut() else { continue };
+            if passes(self.test, z, *depth) {
+                passed += 1;
+                if self.test.writes() {
+                    *depth = F::Depth::from_depth(z);
+                }
+            }
+        }
+        passed
+    }
+
     /// Draws a tiny triangle. Gives how many fragments passed.
     #[inline(always)]
     fn draw_tiny(&mut self, tiny: &Tiny, plane: &DepthPlane) -> u64 {
@@ -128,24 +151,37 @@ fn test_tiny<D: DepthFormat>(
     lent: usize,
     passed: &mut [u32; 4],
 ) {
-    let halves = if tiny.is_narrow { 1 } else { 2 };
-    for (half, depths) in depths.chunks_exact_mut(4).enumerate().take(halves) {
-        let Some(depths) = depths.first_chunk_mut::<4>() else { return };
-        let (inside, z) = tiny.half(row, half, plane);
-        let (mut pixels, mut is_drawn) = (*depths, [0; 4]);
-        for i in 0..4 {
-            let is_inside = (inside[i] >= 0.0) & (4 * half + i < lent);
-            is_drawn[i] = u32::from(is_inside & passes(test, z[i], pixels[i]));
-        }
-        for i in 0..4 {
-            passed[i] += is_drawn[i];
-        }
-        for i in 0..4 {
-            let is_written = (is_drawn[i] != 0) & test.writes();
-            pixels[i] = if is_written { D::from_depth(z[i]) } else { pixels[i] };
-        }
-        store(depths, pixels);
+    let (first, second) = depths.split_at_mut(WINDOW / 2);
+    if let Some(first) = first.first_chunk_mut() {
+        test_half(test, first, tiny.half(row, 0, plane), lent, passed);
     }
+    if let (Some(second), false) = (second.first_chunk_mut(), tiny.is_narrow) {
+        test_half(test, second, tiny.half(row, 1, plane), lent.saturating_sub(WINDOW / 2), passed);
+    }
+}
+
+/// Tests and writes half of a window. Its samples are covered where `inside` is not negative, and have depths `z`.
+#[inline(always)]
+fn test_half<D: DepthFormat>(
+    test: impl DepthTest,
+    depths: &mut [D; 4],
+    (inside, z): ([f32; 4], [f32; 4]),
+    lent: usize,
+    passed: &mut [u32; 4],
+) {
+    let (mut pixels, mut is_drawn) = (*depths, [0; 4]);
+    for i in 0..4 {
+        let is_inside = (inside[i] >= 0.0) & (i < lent);
+        is_drawn[i] = u32::from(is_inside & passes(test, z[i], pixels[i]));
+    }
+    for i in 0..4 {
+        passed[i] += is_drawn[i];
+    }
+    for i in 0..4 {
+        let is_written = (is_drawn[i] != 0) & test.writes();
+        pixels[i] = if is_written { D::from_depth(z[i]) } else { pixels[i] };
+    }
+    store(depths, pixels);
 }
 
 /// Tests and writes the first `len` of some neighbouring depths, where the triangle's depth is `z` plus `dx` columns'

@@ -191,7 +191,13 @@ impl Fan {
             // One that rounding turned over: what it would cover belongs to its neighbours.
             if area2.signum() == self.area2.signum() {
                 let setup = Setup::with_area2(corners, area2);
-                return Some(Piece { setup, vertices: self.vertices, identity: self.identity, in_fan, covered: 0 });
+                return Some(Piece {
+                    setup,
+                    vertices: self.vertices,
+                    identity: self.identity,
+                    in_fan,
+                    covered: 0,
+                });
             }
         }
     }

@@ -183,7 +183,11 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         let batch = Batch { primitive: triangles.first_number(), ..Batch::EMPTY };
         Self {
             triangles,
-            vertices: Vertices { positions, projector, before: [(usize::MAX, ProjectedVertex::default()); 3] },
+            vertices: Vertices {
+                positions,
+                projector,
+                before: [(usize::MAX, ProjectedVertex::default()); 3],
+            },
             facing,
             area: [area.x, area.y, area.right(), area.bottom()],
             batch,
@@ -266,7 +270,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 | if is_degenerate | is_culled { verdict::HIDDEN } else { 0 }
                 | if is_undecided { verdict::UNDECIDED } else { 0 };
         }
-        // What the batch has no triangles for is points.
+        // Where the batch has no triangle, all three vertices are the same point.
         degenerate -= (BATCH - count) as u32;
         self.statistics.culled += u64::from(culled);
         self.statistics.degenerate += u64::from(degenerate);
@@ -285,7 +289,8 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             let [ay, by, cy] = [ay[i] as f32, by[i] as f32, cy[i] as f32];
             let (left, right) = (pixel(min(min(ax, bx), cx)), pixel(max(max(ax, bx), cx)));
             let (top, bottom) = (pixel(min(min(ay, by), cy)), pixel(max(max(ay, by), cy)));
-            let is_seen = (max(left, area[0]) < min(right, area[2])) & (max(top, area[1]) < min(bottom, area[3]));
+            let is_seen =
+                (max(left, area[0]) < min(right, area[2])) & (max(top, area[1]) < min(bottom, area[3]));
             let is_higher = |ax: f32, ay: f32, bx: f32, by: f32| (ay < by) | ((ay == by) & (ax < bx));
             let b_first = is_higher(bx, by, ax, ay);
             let c_first = is_higher(cx, cy, ax, ay) & is_higher(cx, cy, bx, by);
@@ -310,11 +315,11 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             let (left, right) = (pixel(min(min(ax, bx), cx)), pixel(max(max(ax, bx), cx)));
             let (top, bottom) = (pixel(min(min(ay, by), cy)), pixel(max(max(ay, by), cy)));
             let is_minute = (right - left <= 2.0) & (bottom - top <= 2.0);
-            let is_inside =
-                (left >= area[0]) & (right <= area[2]) & (top >= area[1]) & (bottom <= area[3]);
+            let is_inside = (left >= area[0]) & (right <= area[2]) & (top >= area[1]) & (bottom <= area[3]);
             let sample = |pixel: f32| (pixel - ROUNDING) * 256.0 + 128.0;
             let (x, y) = (sample(left), sample(top));
-            let clockwise = if verdicts[i] & verdict::ORDER >= verdict::COUNTER_CLOCKWISE { -1.0 } else { 1.0 };
+            let clockwise =
+                if verdicts[i] & verdict::ORDER >= verdict::COUNTER_CLOCKWISE { -1.0 } else { 1.0 };
             let edge = |px: f32, py: f32, qx: f32, qy: f32| {
                 let (a, b) = ((py - qy) * clockwise, (qx - px) * clockwise);
                 // A top or left edge has a > 0, or a = 0 and b > 0.
@@ -516,8 +521,9 @@ mod tests {
             let mut geometry = Geometry::new(triangles, projected, projector, facing, area);
             let (mut pieces, mut fan) = (Vec::new(), None);
             while let Some(piece) = geometry.next(&mut fan) {
-                pieces.push((piece.identity.primitive, piece.setup));
+                pieces.push((piece.identity.primitive, (piece.setup, piece.covered)));
             }
+            let mut minute = 0;
             let (mut culled, mut degenerate, mut pieces) = (0, 0, pieces.into_iter().peekable());
             for (number, triangle) in (0u32..).zip(vertices.chunks_exact(3)) {
                 let corners = [triangle[0], triangle[1], triangle[2]];
@@ -537,7 +543,20 @@ mod tests {
                     let covers_any = samples.any(is_covered);
                     assert!(drawn.is_some() || !covers_any, "lost: {number} {corners:?}");
                     assert!(drawn.is_none() || !rect.is_empty(), "misses the area: {number} {corners:?}");
-                    if let Some(drawn) = drawn {
+                    if let Some((drawn, covered)) = drawn {
+                        if covered != 0 {
+                            let Rect { x, y, .. } = setup.bounds();
+                            let samples = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)];
+                            let bits = (0..4).filter(|&bit| covered >> bit & 1 == 1);
+                            let found: Vec<_> = bits.map(|bit: usize| samples[bit]).collect();
+                            let inside = |&(x, y): &(i32, i32)| {
+                                !area.intersection(Rect { x, y, width: 1, height: 1 }).is_empty()
+                            };
+                            let expected: Vec<_> = samples.into_iter().filter(|&at| is_covered(at)).collect();
+                            assert_eq!(found, expected, "{number} {corners:?}");
+                            assert!(found.iter().all(inside), "of the area: {number} {corners:?}");
+                            minute += 1;
+                        }
                         let same = (drawn.corners(), drawn.order(), drawn.area2());
                         assert_eq!(same, (setup.corners(), setup.order(), setup.area2()), "{number}");
                         assert_eq!(drawn.is_counter_clockwise(), setup.is_counter_clockwise(), "{number}");
@@ -547,6 +566,7 @@ mod tests {
                 assert!(drawn.is_none(), "{number} is not to be seen: {corners:?}");
             }
             assert!(pieces.next().is_none(), "all are accounted for");
+            assert!(minute > 100, "many are minute: {minute}");
             let statistics = geometry.statistics;
             assert_eq!((statistics.culled, statistics.degenerate), (culled, degenerate), "{cull_mode:?}");
             assert_eq!(statistics.primitives, 10_000, "all were looked at");

@@ -3,6 +3,11 @@
 //! The [sieve](crate::geometry) has found out which samples they cover, so there is nothing left to traverse. Each sample
 //! is worked out alone, in as few steps as there are: most such triangles cover one.
 
+#![expect(
+    clippy::cast_possible_truncation,
+    reason = "edge functions are under 2²¹ there, and places under 2⁴"
+)]
+
 use crate::setup::Setup;
 use crate::target::Borders;
 use crate::triple::each;
@@ -47,7 +52,6 @@ impl Iterator for Minute<'_> {
         self.covered &= self.covered - 1;
         let (dx, dy) = (bit & 1, bit >> 1);
         let (x, y) = (self.x + dx, self.y + dy);
-        // No more than 2²¹.
         let edges = each(self.setup.edges(), |edge| edge.at(x, y) as i32 as f32);
         Some(Place { x, y, place: (dx + 8 * dy) as u8, edges })
     }

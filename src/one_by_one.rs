@@ -52,7 +52,8 @@ impl<P: Positions, A> Vertices<P, A> {
     #[inline(always)]
     fn fetch(&self, vertices: [usize; 3], [a, b, c]: &mut [ProjectedVertex; 3]) {
         if P::ARE_PROJECTED {
-            [*a, *b, *c] = each(vertices, |index| self.positions.projected().get(index).copied().unwrap_or_default());
+            [*a, *b, *c] =
+                each(vertices, |index| self.positions.projected().get(index).copied().unwrap_or_default());
         } else {
             let [i, j, k] = vertices;
             self.project(i, a);

@@ -93,7 +93,9 @@ impl<C, D> Packet<'_, C, D> {
         let Sample { p, q, sum, l, m } = sample;
         (self.p[at], self.q[at], self.sum[at], self.l[at], self.m[at]) = (p, q, sum, l, m);
         (self.z[at], self.x[at], self.y[at]) = (z, x, y);
-        self.places[at & 63] = place;
+        if let Some(to) = self.places.get_mut(at) {
+            *to = place;
+        }
     }
 
     /// What the first `len` fragments of a tiny triangle are shaded from. Four at a time are worked out, so what follows is

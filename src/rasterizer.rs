@@ -416,9 +416,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let mut pass = DepthPass { target, target_area, render_area, test: self.depth_test, coarse };
         let mut passed = 0;
         while let Some(piece) = geometry.next(&mut fan) {
-            let setup = piece.setup;
+            let Piece { setup, covered, .. } = piece;
             let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);
-            passed += pass.draw(&setup, &plane);
+            passed += pass.draw((&setup, covered), &plane);
         }
         let mut statistics = geometry.statistics;
         statistics.fragments += passed;

@@ -554,7 +554,9 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     break;
                 }
                 let room = len.next_multiple_of(WINDOW);
-                let Some(gathered) = self.gather_row(triangle, band, lane, room, filled, packet) else { break };
+                let Some(gathered) = self.gather_row(triangle, band, lane, room, filled, packet) else {
+                    break;
+                };
                 filled += gathered;
             }
             at.ends[lane] = filled;
@@ -598,12 +600,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
 
     /// Writes the pixels of gathered rows.
     #[inline(always)]
-    fn write_rows(
-        &mut self,
-        band: &Band,
-        at: &mut Progress,
-        packet: &Packet<'_, F::Color, F::Depth>,
-    ) {
+    fn write_rows(&mut self, band: &Band, at: &mut Progress, packet: &Packet<'_, F::Color, F::Depth>) {
         let mut begin = 0;
         for lane in core::mem::take(&mut at.gathered) {
             let Some(&end) = at.ends.get(lane) else { return };
