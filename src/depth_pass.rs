@@ -4,6 +4,8 @@
 #![expect(clippy::cast_possible_truncation, reason = "lanes are under 2⁴")]
 #![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
 
+use glam::Vec4;
+
 use crate::coarse::{Coarse, DepthRow, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::minute::Minute;
@@ -125,17 +127,19 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
     fn draw_tiny(&mut self, tiny: &Tiny, plane: &DepthPlane) -> u64 {
         let mut passed = [0; 4];
         let room = WINDOW.min((self.target_area.right - tiny.x) as usize);
+        let mut at = tiny.first_row();
         for row in 0..tiny.rows {
             let depths = self.target.run(tiny.x, tiny.y + row, room).depth;
             if let Some(window) = depths.first_chunk_mut() {
-                test_tiny(self.test, window, (tiny, row), plane, WINDOW, &mut passed);
+                test_tiny(self.test, window, (tiny, at), plane, WINDOW, &mut passed);
             } else {
                 // Less than a window, of a narrow framebuffer or a miserly one, is drawn to through one of our own.
                 let mut window = [F::Depth::from_depth(0.0); WINDOW];
                 let lent = copy(&mut window, depths);
-                test_tiny(self.test, &mut window, (tiny, row), plane, lent, &mut passed);
+                test_tiny(self.test, &mut window, (tiny, at), plane, lent, &mut passed);
                 copy(depths, &window);
             }
+            at = tiny.next_row(at);
         }
         passed.iter().map(|&lane| u64::from(lane)).sum()
     }
@@ -146,7 +150,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
 fn test_tiny<D: DepthFormat>(
     test: impl DepthTest,
     depths: &mut [D; WINDOW],
-    (tiny, row): (&Tiny, i32),
+    (tiny, row): (&Tiny, Vec4),
     plane: &DepthPlane,
     lent: usize,
     passed: &mut [u32; 4],

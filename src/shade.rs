@@ -370,7 +370,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
         let room = WINDOW.min((self.target_area.right - tiny.x) as usize);
-        let mut filled = 0;
+        let (mut filled, mut at) = (0, tiny.first_row());
         for (row, number) in (0..tiny.rows).zip(0..) {
             let run = self.target.run(tiny.x, tiny.y + row, room);
             if !BLENDS {
@@ -379,16 +379,17 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
             let chosen = match run.depth.first_chunk() {
                 Some(depths) if run.color.len() >= WINDOW => {
-                    tiny.chosen::<_, N>(row, plane, self.test, depths)
+                    tiny.chosen::<_, N>(at, plane, self.test, depths)
                 }
                 _ => {
                     // Less than a window, of a narrow framebuffer or a miserly one, is tested in one of our own.
                     let mut depths = [F::Depth::from_depth(0.0); WINDOW];
                     let lent = copy(&mut depths, run.depth).min(run.color.len());
-                    tiny.chosen::<_, N>(row, plane, self.test, &depths) & ((1 << lent) - 1)
+                    tiny.chosen::<_, N>(at, plane, self.test, &depths) & ((1 << lent) - 1)
                 }
             };
             filled = packet.put_places::<N>(filled, number, chosen);
+            at = tiny.next_row(at);
         }
         filled
     }

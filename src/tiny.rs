@@ -84,38 +84,51 @@ impl Tiny {
         Self { x, y, rows, is_narrow, dx, a, b, c, least, may_draw }
     }
 
-    /// The edge functions on a row, at the leftmost sample of the bounds.
+    /// The edge functions on the first row, at the leftmost sample of the bounds; the third one twice.
     #[inline(always)]
-    fn row(&self, row: i32) -> [f32; 3] {
-        let [e0, e1, e2, _] = (Vec4::from_array(self.b) * row as f32 + Vec4::from_array(self.c)).to_array();
-        [e0, e1, e2]
+    pub(crate) fn first_row(&self) -> Vec4 {
+        Vec4::from_array(self.c)
     }
 
-    /// The edge functions of four samples of a row, from the window's column `first` on: exact inside of the bounds.
+    /// Those on the row below.
     #[inline(always)]
-    fn edges(&self, row: [f32; 3], first: usize) -> [Vec4; 3] {
+    pub(crate) fn next_row(&self, row: Vec4) -> Vec4 {
+        row + Vec4::from_array(self.b)
+    }
+
+    /// What the edge functions of four samples of a row have more than at the leftmost sample of the bounds, from the
+    /// window's column `first` on.
+    #[inline(always)]
+    fn along(&self, first: usize) -> [Vec4; 3] {
         let dx = COLUMNS + (self.dx + first as f32);
-        let edge = |i: usize| dx * self.a[i] + Vec4::splat(row[i]);
-        [edge(0), edge(1), edge(2)]
+        let [a, b, c, _] = self.a;
+        [dx * a, dx * b, dx * c]
+    }
+
+    /// The edge functions of those four: exact inside of the bounds.
+    #[inline(always)]
+    fn edges(&self, row: Vec4, first: usize) -> [Vec4; 3] {
+        let ([a, b, c], [e0, e1, e2, _]) = (self.along(first), row.to_array());
+        [a + e0, b + e1, c + e2]
     }
 
     /// Four samples of a row, from its first or its fifth lane on: without a minus sign where they are covered and may be
     /// drawn to; and their depths.
     #[inline(always)]
-    pub(crate) fn half(&self, row: i32, half: usize, plane: &DepthPlane) -> ([f32; 4], [f32; 4]) {
-        let row = self.row(row);
-        let edges = self.edges(row, 4 * half);
-        let inside = |i: usize| edges[i] - self.least[i];
-        let may_draw = Vec4::from_array(self.may_draw[half]);
-        let inside = inside(0).min(inside(1)).min(inside(2)).min(may_draw);
-        (inside.to_array(), plane.at(edges).to_array())
+    pub(crate) fn half(&self, row: Vec4, half: usize, plane: &DepthPlane) -> ([f32; 4], [f32; 4]) {
+        let ([a, b, c], [e0, e1, e2, _]) = (self.along(4 * half), row.to_array());
+        let [least_0, least_1, least_2, _] = self.least;
+        // What is in brackets is the same for all rows.
+        let inside = ((a - least_0) + e0).min((b - least_1) + e1).min((c - least_2) + e2);
+        let inside = inside.min(Vec4::from_array(self.may_draw[half]));
+        (inside.to_array(), plane.at(self.edges(row, 4 * half)).to_array())
     }
 
     /// The lanes of a row that are covered and pass the depth test against `old`, a bit each.
     #[inline(always)]
     pub(crate) fn chosen<D: DepthFormat, const N: usize>(
         &self,
-        row: i32,
+        row: Vec4,
         plane: &DepthPlane,
         test: impl DepthTest,
         old: &[D; WINDOW],
@@ -198,11 +211,12 @@ mod tests {
             for frame in frames {
                 let area = frame.intersection(Rect { x: -60, y: -11, width: 60, height: 9 });
                 let tiny = Tiny::new(&setup, frame.borders(), area.borders());
-                let mut found = Vec::new();
+                let (mut found, mut at) = (Vec::new(), tiny.first_row());
                 for row in 0..tiny.rows {
-                    let chosen = tiny.chosen::<_, WINDOW>(row, &plane, Less, &[1.0f32; WINDOW]);
+                    let chosen = tiny.chosen::<_, WINDOW>(at, &plane, Less, &[1.0f32; WINDOW]);
                     let lanes = (0..8).filter(|lane| chosen >> lane & 1 == 1);
                     found.extend(lanes.map(|lane| (tiny.x + lane, tiny.y + row)));
+                    at = tiny.next_row(at);
                 }
                 let covered: Vec<_> = (area.y..area.bottom())
                     .flat_map(|y| (area.x..area.right()).map(move |x| (x, y)))
@@ -210,7 +224,7 @@ mod tests {
                     .collect();
                 assert_eq!(found, covered, "{setup:?} in {frame:?}");
                 for (x, y) in covered {
-                    let row = tiny.row(y - tiny.y);
+                    let row = (tiny.y..y).fold(tiny.first_row(), |row, _| tiny.next_row(row));
                     let all = [tiny.edges(row, 0), tiny.edges(row, 4)];
                     let lane = (x - tiny.x).cast_unsigned() as usize;
                     for (i, edge) in edges.iter().enumerate() {
