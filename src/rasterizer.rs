@@ -678,21 +678,22 @@ fn vertex_count<I: Index>(
 mod tests {
     extern crate std;
     use super::*;
+    use crate::depth::ReadOnly;
     use crate::primitive::Primitives;
     use crate::target::Surface;
     use std::vec::Vec;
 
     #[test]
     fn draw_depth_leaves_the_depths_of_draw() {
-        // Small and large, over the right border, beyond the viewport, with a scissor inside.
+        // Minute, small and large, over the right border, beyond the viewport, with a scissor inside.
         let mut random = 1u32;
         let mut next = || {
             random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (random >> 8) as f32 / 16_777_216.0
         };
-        let positions: Vec<Vec4> = (0..300)
+        let positions: Vec<Vec4> = (0..600)
             .flat_map(|i| {
-                let size = if i % 3 == 0 { 2.0 } else { 0.2 };
+                let size = [2.0, 0.2, 0.03, 0.04][i / 64 % 4];
                 let (x, y) = (next() * 2.2 - 1.1, next() * 2.2 - 1.1);
                 [(); 3].map(|()| {
                     Vec4::new(x + size * (next() - 0.5), y + size * (next() - 0.5), next(), 1.0)
@@ -712,6 +713,15 @@ mod tests {
             assert_eq!(found, expected, "statistics");
             assert!(expected.is_ok_and(|statistics| statistics.samples_passed > 1000), "something is drawn");
             assert!(shaded == alone, "depths");
+
+            let mut untouched = [u16::MAX; 61 * 47];
+            let mut target = Surface::depth_only(&mut untouched, 61, 47).expect("it fits");
+            let tests = rasterizer.with_depth_test(ReadOnly(Less));
+            let all = tests.draw_depth(&mut target, Primitives::list(), &positions[..]);
+            assert!(untouched == [u16::MAX; 61 * 47], "only read");
+            let passed =
+                |result: Result<Statistics, _>| result.map_or(0, |statistics| statistics.samples_passed);
+            assert!(passed(all) > passed(found), "nothing hides anything");
         }
     }
 }
