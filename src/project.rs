@@ -325,6 +325,44 @@ mod tests {
     }
 
     #[test]
+    fn four_at_a_time_are_as_each_alone() {
+        let mut random = 1u32;
+        let mut next = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 8) as f32 / 8_388_608.0 - 1.0
+        };
+        let viewport =
+            Viewport::new(3.0, 5.0, 300.0, 200.0).and_then(|viewport| viewport.with_depth_range(0.75, 0.25));
+        let viewport = viewport.expect("valid");
+        let mut inside = 0;
+        for clip_depth in [ClipDepth::ZeroToOne, ClipDepth::NegativeOneToOne] {
+            for depth_clip in [DepthClip::Clip, DepthClip::Clamp] {
+                let projector = Projector::new(&viewport, clip_depth, depth_clip);
+                for i in 0..4000 {
+                    // Most of them inside, all four of many; some far outside of one plane or another.
+                    let size = |axis: i32| if i % 16 == axis { 1e4 } else { 1.0 };
+                    let far = if i % 16 == 8 { 1e28 } else { size(2) };
+                    let mut position = || {
+                        let w = if i % 16 == 9 { 1e-20 } else { size(3) } * (1.5 + next());
+                        Vec4::new(
+                            size(0) * next() * w,
+                            size(1) * next() * w,
+                            far * (0.5 + 0.5 * next()) * w,
+                            w,
+                        )
+                    };
+                    let positions = [position(), position(), position(), position()];
+                    let each = positions.map(|position| projector.project(position));
+                    inside += u32::from(!each.iter().any(|vertex| vertex.is_outside()));
+                    let words = |vertices: [ProjectedVertex; 4]| vertices.map(ProjectedVertex::to_words);
+                    assert_eq!(words(projector.project_four(positions)), words(each), "{positions:?}");
+                }
+            }
+        }
+        assert!(inside > 8000, "four at a time were needed: {inside}");
+    }
+
+    #[test]
     fn ndc_corners_are_frame_corners() {
         let at = |x, y| projector().project(Vec4::new(x, y, 0.5, 1.0) * 3.0).position_subpixel();
         assert_eq!(at(-1.0, 1.0), Some([0, 0]), "top left");
