@@ -628,9 +628,16 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let run = self.target.run(x, band.y + lane as i32, room);
         let (to_colors, to_depths) = (run.color.get_mut(..room)?, run.depth.get_mut(..room)?);
         let from = begin..begin + room;
-        write_windows(to_colors, packet.colors.get(from.clone())?, len as usize);
-        if self.test.writes() {
-            write_windows(to_depths, packet.depths.get(from)?, len as usize);
+        let colors =
+            to_colors.chunks_exact_mut(WINDOW).zip(packet.colors.get(from.clone())?.chunks_exact(WINDOW));
+        let depths = to_depths.chunks_exact_mut(WINDOW).zip(packet.depths.get(from)?.chunks_exact(WINDOW));
+        let mut left = len;
+        for ((to_color, color), (to_depth, depth)) in colors.zip(depths) {
+            write_window(to_color, color, left);
+            if self.test.writes() {
+                write_window(to_depth, depth, left);
+            }
+            left -= WINDOW as i32;
         }
         Some(())
     }
@@ -672,25 +679,22 @@ fn skip<D: DepthFormat, const PASSING: bool>(
     from + rest.take_while(|&(&z, &old)| is_skipped(z, old)).count()
 }
 
-/// Writes the first `len` of some windows of eight pixels.
+/// Writes the first `len` of a window of eight pixels, or all if there are more.
 #[inline(always)]
-fn write_windows<T: Copy>(to: &mut [T], from: &[T], len: usize) {
-    let mut left = len as i32;
-    for (to, from) in to.chunks_exact_mut(WINDOW).zip(from.chunks_exact(WINDOW)) {
-        if left >= WINDOW as i32 {
-            to.copy_from_slice(from);
-        } else if let (Some(to), Some(from)) = (to.first_chunk_mut::<WINDOW>(), from.first_chunk::<WINDOW>())
-        {
-            // Selected in a local array: where the choice is between storing and not, the compiler branches, once a
-            // pixel.
-            let (mut pixels, new) = (*to, *from);
-            for i in 0..WINDOW {
-                pixels[i] = if (i as i32) < left { new[i] } else { pixels[i] };
-            }
-            store(to, pixels);
-        }
-        left -= WINDOW as i32;
+fn write_window<T: Copy>(to: &mut [T], from: &[T], len: i32) {
+    let (Some(to), Some(from)) = (to.first_chunk_mut::<WINDOW>(), from.first_chunk::<WINDOW>()) else {
+        return;
+    };
+    if len >= WINDOW as i32 {
+        *to = *from;
+        return;
     }
+    // Selected in a local array: where the choice is between storing and not, the compiler branches, once a pixel.
+    let (mut pixels, new) = (*to, *from);
+    for i in 0..WINDOW {
+        pixels[i] = if (i as i32) < len { new[i] } else { pixels[i] };
+    }
+    store(to, pixels);
 }
 
 /// How far the shading of a band has come.
