@@ -1,5 +1,6 @@
 //! The fragment half of a draw that writes depth alone, where there is SIMD: no packets and no closure, and so no need to
-//! know which fragments passed. Each window of eight pixels is tested and written where it lies.
+//! know which fragments passed. Each window of eight pixels is tested and written where it lies, and each sample of a minute
+//! triangle alone.
 
 #![expect(clippy::cast_possible_truncation, reason = "lanes are under 2⁴")]
 #![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]

@@ -22,7 +22,9 @@ pub(crate) struct Piece {
     /// Which piece of a [`Fan`] it is: corners 0, this and the next one. Zero for a whole triangle.
     pub(crate) in_fan: usize,
     /// Which samples of a *minute* triangle are covered, whose bounds hold two by two at the most: the lowest bit is the
-    /// one at the top left, the next its right neighbour, then those below. 0 if it is not known.
+    /// one at the top left, the next its right neighbour, then those below. All of them lie in the render area. 0 if it is
+    /// not known: of larger ones, at the area's border, where few triangles are minute, of pieces of clipped ones, of
+    /// records, and where there is no SIMD.
     pub(crate) covered: u8,
 }
 

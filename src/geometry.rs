@@ -1,7 +1,8 @@
 //! The geometry half of a draw: from vertices to pieces of triangles that may be seen.
 //!
 //! A triangle is projected, clipped if it must be, culled by the sign of its exact area, and dropped when its bounding box
-//! holds no sample. All of that comes before the first division: of a fine mesh, most triangles end here.
+//! holds no sample, or up to two by two none of which it covers. All of that comes before the first division: of a fine
+//! mesh, most triangles end here. With those that are left goes what was found out about them.
 
 #![expect(clippy::cast_possible_truncation, reason = "places in a batch are under 2⁶")]
 
@@ -11,7 +12,7 @@ use crate::primitive::{Index, Triangle, Triangles};
 use crate::project::{Positions, ProjectedVertex, Projector, ROUNDING, is_invalid};
 use crate::setup::{ORDERS, Setup, overlap, sample_bounds, signed_area2};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
-use crate::target::Rect;
+use crate::target::{Borders, Rect};
 use crate::traverse::HAS_FLOAT_LANES;
 use crate::triple::each;
 
@@ -48,8 +49,8 @@ impl Facing {
 /// How many triangles are looked at before the first of them is drawn.
 const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 1 };
 
-/// With more minute triangles than this in a batch, it is worth to look for those that cover nothing. Others become pieces,
-/// and records, that draw nothing.
+/// With more minute triangles than this in a batch, it is worth looking for the samples that they cover. Others that cover
+/// none become pieces, and records, that draw nothing; what they draw is the same either way.
 const MANY: u32 = 4;
 
 #[inline(always)]
@@ -318,6 +319,8 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             let is_inside = (left >= area[0]) & (right <= area[2]) & (top >= area[1]) & (bottom <= area[3]);
             let sample = |pixel: f32| (pixel - ROUNDING) * 256.0 + 128.0;
             let (x, y) = (sample(left), sample(top));
+            // Exact: bounds of two samples are under 768 subpixels wide and high, so that no term here exceeds 2²², and
+            // the bias adds one more bit.
             let clockwise =
                 if verdicts[i] & verdict::ORDER >= verdict::COUNTER_CLOCKWISE { -1.0 } else { 1.0 };
             let edge = |px: f32, py: f32, qx: f32, qy: f32| {
@@ -376,9 +379,18 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 self.aside.setup
             };
             let identity = self.facing.identity(triangle, setup.is_counter_clockwise(), number);
-            let covered = (verdict >> verdict::COVERED) as u8;
+            let covered = self.within(&setup, (verdict >> verdict::COVERED) as u8);
             return Some(Piece { setup, vertices, identity, in_fan: 0, covered });
         }
+    }
+
+    /// Which samples are [`covered`](Piece::covered), or that it is not known if any of the four lies outside of the area.
+    /// The sieve has seen to that; but who computes positions may give others when asked again, and must not be drawn there.
+    #[inline(always)]
+    fn within(&self, setup: &Setup, covered: u8) -> u8 {
+        let (Borders { left, top, .. }, area) = (setup.borders(), self.area);
+        let is_inside = (left >= area[0]) & (top >= area[1]) & (left < area[2] - 1) & (top < area[3] - 1);
+        if P::ARE_PROJECTED || is_inside { covered } else { 0 }
     }
 
     /// Whether the bounding box holds a sample of the area.

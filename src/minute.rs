@@ -5,7 +5,7 @@
 
 #![expect(
     clippy::cast_possible_truncation,
-    reason = "edge functions are under 2²¹ there, and places under 2⁴"
+    reason = "within three pixels edge functions are under 2²¹, and places under 2⁴"
 )]
 
 use crate::setup::Setup;

@@ -238,6 +238,8 @@ pub(crate) fn is_invalid(outcodes: u8) -> bool {
 
 /// Where a draw takes its positions from: [`Attributes`] of clip-space `Vec4`, projected when they are needed, or
 /// [`Projected`], which were projected before.
+///
+/// **Law**: the answers are the same for the whole of a draw.
 pub trait Positions {
     /// Whether the vertices were projected before.
     const ARE_PROJECTED: bool;

@@ -10,7 +10,8 @@
 //! * up to eight rows of a triangle no wider than 64 pixels, in windows of eight pixels, if all fragments of them pass:
 //!   shaded as one packet and then written through the windows. A row at a time, such triangles would cost more in loops
 //!   than in shading; or
-//! * all fragments that pass of a [`tiny`](crate::tiny) triangle, whose rows are windows of eight samples.
+//! * all fragments that pass of a [`tiny`](crate::tiny) triangle, whose rows are windows of eight samples, or of a
+//!   [`minute`](crate::minute) one, whose samples are known.
 //!
 //! Elsewhere, `one_by_one.rs` tests and shades one fragment after the other: less memory, less code, and the same results.
 
@@ -49,8 +50,8 @@ pub(crate) struct Shader<'a, F, T, S, const BLENDS: bool> {
 /// How many pixels of four bytes a cache line holds.
 const CACHE_LINE: usize = 16;
 
-/// What is left of a triangle to be shaded: all of a tiny one, which is in the packet already, from here on and so many
-/// fragments; or row after row.
+/// What is left of a triangle to be shaded: all of a tiny or minute one, which is in the packet already, with the pixel that
+/// places are counted from and the number of fragments; or row after row.
 #[expect(clippy::large_enum_variant, reason = "it never moves")]
 enum Work {
     Tiny((i32, i32), usize),
@@ -306,7 +307,10 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 for lane in at.gathered.clone() {
                     let Some(&end) = at.ends.get(lane) else { break };
                     let (len, x) = (end - begin, band.rows.start[lane]);
-                    restore(begin, len, (x, band.y + lane as i32), len.next_multiple_of(WINDOW));
+                    // An empty row may lie beside the area.
+                    if len > 0 {
+                        restore(begin, len, (x, band.y + lane as i32), len.next_multiple_of(WINDOW));
+                    }
                     begin = end;
                 }
             }

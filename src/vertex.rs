@@ -1,14 +1,16 @@
 //! Where vertices come from: anything that answers "what is the value at vertex `i`?".
 //!
 //! Attributes may lie in a struct each, in arrays of their own, be the same for every vertex, or be computed when they
-//! are asked for. A draw reads positions once for each vertex and varyings only for triangles that may be seen.
+//! are //! are asked for. A draw reads positions for each triangle, and again for those that may be seen, unless they were
+//! projected before; and varyings only for triangles that may be seen.
 
 /// Values by vertex index.
 ///
 /// Implemented for slices and arrays of `Copy` types, for [`Attribute`], for [`Computed`], for references to all of
 /// these, and for tuples, which gather several attributes into one value.
 ///
-/// **Law**: the same index gives the same value for the whole of a draw.
+/// **Law**: the same index gives the same value for the whole of a draw. Where it does not, the picture is any; nothing
+/// else breaks.
 ///
 /// A `Vec` is passed as a slice, `&vec[..]`: this crate knows no allocator.
 ///

@@ -2,12 +2,14 @@
 
 mod common;
 
+use core::cell::Cell;
+
 use common::{Frame, Mixed, Nowhere, Random, Record, config, effort, mixed, records_of};
 use glam::Vec4;
 use halfplane::{
     Absent, Attribute, Attributes, ClipDepth, Computed, CullMode, Depth24, DepthBias, DepthClip, DrawError,
-    Framebuffer, FrontFace, Less, Primitives, ProjectedVertex, ProvokingVertex, Rasterizer, Rect, Run, Setup,
-    Span, Statistics, Surface, SurfaceError, Topology, Viewport, ViewportError,
+    Fragment, Framebuffer, FrontFace, Less, Primitives, ProjectedVertex, ProvokingVertex, Rasterizer, Rect,
+    Run, Setup, Span, Statistics, Surface, SurfaceError, Topology, Viewport, ViewportError,
 };
 use proptest::prelude::*;
 
@@ -789,5 +791,86 @@ fn random_bits_as_vertices() {
                 .expect("legal input");
             assert_sound(statistics, 4);
         }
+    }
+}
+
+/// Lends exactly what it is asked for, and minds if that is not there: the framebuffer of the docs.
+struct Strict {
+    color: Vec<u32>,
+    depth: Vec<f32>,
+}
+
+impl Strict {
+    const SIZE: u32 = 64;
+
+    fn new() -> Self {
+        Self { color: vec![0; 64 * 64], depth: vec![1.0; 64 * 64] }
+    }
+}
+
+impl Framebuffer for Strict {
+    type Color = u32;
+    type Depth = f32;
+
+    fn area(&self) -> Rect {
+        Rect::of_size(Self::SIZE, Self::SIZE)
+    }
+
+    fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, u32, f32> {
+        let [x, y] = [x, y].map(|at| usize::try_from(at).expect("inside"));
+        assert!(x + len <= 64 && y < 64, "{len} pixels from ({x}, {y})");
+        let place = 64 * y + x..64 * y + x + len;
+        Run { color: &mut self.color[place.clone()], depth: &mut self.depth[place] }
+    }
+}
+
+#[test]
+fn no_pixel_outside_of_the_framebuffer_is_asked_for() {
+    let frame = Frame::new(64, 64);
+    let rasterizer = Rasterizer::<()>::new(frame.viewport());
+    // Its last row in the frame begins right of it.
+    let steep = [[14.0, 61.0], [254.0, 67.0], [34.0, 61.0]].map(|point| frame.at(point));
+    let mut random = Random::new(1);
+    let mut others = Vec::new();
+    for size in [1.0, 3.0, 12.0, 90.0, 400.0] {
+        for _ in 0..600 {
+            let mut at = |around: f32| around + size * (random.unit() - 0.5);
+            let (x, y) = (at(32.0) * 1.2, at(32.0) * 1.2);
+            others.extend([(); 3].map(|()| frame.at([at(x), at(y)])));
+        }
+    }
+    for positions in [&steep[..], &others] {
+        let mut target = Strict::new();
+        let checker = |fragment: Fragment<'_, ()>| ((fragment.x() ^ fragment.y()) & 1 == 0).then_some(1);
+        let drawn = rasterizer.draw(&mut target, Primitives::list(), positions, (), checker);
+        assert!(drawn.is_ok_and(|statistics| statistics.samples_passed > 0), "some are kept");
+        let drawn = rasterizer.draw_depth(&mut Strict::new(), Primitives::list(), positions);
+        assert!(drawn.is_ok_and(|statistics| statistics.samples_passed > 0), "depth");
+    }
+}
+
+#[test]
+fn positions_that_change_are_not_drawn_outside_of_the_framebuffer() {
+    let frame = Frame::new(64, 64);
+    let rasterizer = Rasterizer::<()>::new(frame.viewport());
+    let small: Vec<_> = (0..64u8)
+        .flat_map(|i| {
+            let (x, y) = (f32::from(i % 8) * 8.0 + 0.3, f32::from(i / 8) * 8.0 + 0.3);
+            [[x, y], [x, y + 1.5], [x + 1.5, y]].map(|point| frame.at(point))
+        })
+        .collect();
+    for scale in [1.03, 1.5, 40.0, -1.0] {
+        // Asked for the first time, every one is inside, and smaller than two pixels.
+        let asked = Cell::new(0);
+        let changing = Computed::new(small.len(), |i| {
+            asked.set(asked.get() + 1);
+            let [x, y, z, w] = small[i].to_array();
+            if asked.get() <= small.len() { small[i] } else { Vec4::new(x * scale, y * scale, z, w) }
+        });
+        let drawn = rasterizer.draw(&mut Strict::new(), Primitives::list(), &changing, (), |_| 1);
+        assert!(drawn.is_ok() && asked.get() > small.len(), "asked twice: {scale}");
+        asked.set(0);
+        let drawn = rasterizer.draw_depth(&mut Strict::new(), Primitives::list(), changing);
+        assert!(drawn.is_ok(), "{scale}");
     }
 }
