@@ -254,6 +254,7 @@ pub(crate) fn copy<T: Copy>(to: &mut [T], from: &[T]) -> usize {
 /// The fence is no instruction, and nothing here needs it to be right. It is seen to keep LLVM (22, of Rust 1.95) from
 /// making one *masked* store of the choice and the store, where there is AVX: a single instruction too, but of some
 /// eighteen steps on AMD's processors (uops.info, `VMASKMOVPS`), with which depth passes took a sixth longer.
+/// `benches/asm/check` would see it fail.
 #[inline(always)]
 pub(crate) fn store<T: Copy, const N: usize>(to: &mut [T; N], pixels: [T; N]) {
     compiler_fence(Ordering::AcqRel);

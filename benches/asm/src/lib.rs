@@ -1,5 +1,5 @@
 //! Draw calls whose machine code `check` looks at. Every closure takes one square root, of which the library has none: so
-//! a packed root is a shading loop that became SIMD.
+//! a packed root is a shading loop that became SIMD. And some that show that there are no masked stores.
 
 use halfplane::glam::{Vec2, Vec3, Vec4};
 use halfplane::{Fragment, Primitives, Rasterizer, Surface, Varyings, Viewport, floor_to_i32, pack_rgba8};
@@ -123,4 +123,22 @@ pub fn scalar_as(scene: &mut Scene<'_, Vec2>) -> bool {
         let byte = |x: f32| (x * 255.0) as u32;
         byte(uv.x) | byte(uv.y) << 8 | byte(length(uv)) << 16
     })
+}
+
+/// Depth alone.
+#[inline(never)]
+pub fn unmasked_depth(scene: &mut Scene<'_, ()>) -> bool {
+    let Ok(viewport) = Viewport::of_size(640, 480) else { return false };
+    let Ok(mut target) = Surface::depth_only(scene.depth, 640, 480) else { return false };
+    Rasterizer::<()>::new(viewport).draw_depth(&mut target, Primitives::list(), scene.positions).is_ok()
+}
+
+/// What compilers make a masked store of.
+#[inline(never)]
+pub fn masked_choice(old: &mut [f32; 8], new: &[f32; 8]) {
+    let mut all = *old;
+    for i in 0..8 {
+        all[i] = if new[i] < old[i] { new[i] } else { all[i] };
+    }
+    *old = all;
 }
