@@ -243,7 +243,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 let is_kept = shaded.is_some();
                 colors[i] = shaded.unwrap_or(colors[i]);
                 depths[i] = if is_kept & self.test.writes() { F::Depth::from_depth(z[i]) } else { depths[i] };
-                discarded[i] = if is_kept { discarded[i] } else { 1 };
+                discarded[i] |= u32::from(!is_kept);
                 kept += u32::from(is_kept);
             }
             statistics.fragments += len as u64;
