@@ -1,7 +1,7 @@
 //! Where vertices come from: anything that answers "what is the value at vertex `i`?".
 //!
 //! Attributes may lie in a struct each, in arrays of their own, be the same for every vertex, or be computed when they
-//! are //! are asked for. A draw reads positions for each triangle, and again for those that may be seen, unless they were
+//! are asked for. A draw reads positions for each triangle, and again for those that may be seen, unless they were
 //! projected before; and varyings only for triangles that may be seen.
 
 /// Values by vertex index.
