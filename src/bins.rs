@@ -153,15 +153,14 @@ fn touched<V: Copy>(
     projector: Projector,
     mut visit: impl FnMut(usize) -> bool,
 ) -> bool {
-    let Some([left, top, right, bottom]) = record.bounds() else {
+    let Some(bounds) = record.bounds() else {
         return touched_by_pieces(record, grid, area, projector, &mut visit);
     };
-    let (left, right) = (left.max(area.x), right.min(area.right()));
-    let (top, bottom) = (top.max(area.y), bottom.min(area.bottom()));
-    if left >= right || top >= bottom {
+    let area = area.borders();
+    if !bounds.overlaps(area) {
         return true;
     }
-    let range @ [left, right, top, bottom] = grid.range([left, top, right, bottom]);
+    let range @ [left, right, top, bottom] = grid.range(bounds.intersection(area));
     if left == right && top == bottom {
         return visit(grid.index_at(left, top));
     }
@@ -192,7 +191,7 @@ fn touched_by_pieces<V: Copy>(
         }
     });
     let Some(bounds) = bounds else { return true };
-    let range = grid.range([bounds.x, bounds.y, bounds.right(), bounds.bottom()]);
+    let range = grid.range(bounds.borders());
     let is_touched = |tile: Rect, piece: &Setup| {
         !tile.intersection(piece.bounds()).is_empty() && !is_excluded(&piece.edges(), tile)
     };

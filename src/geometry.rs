@@ -10,7 +10,7 @@ use crate::fan::{Fan, Piece};
 use crate::fragment::{Identity, reorder};
 use crate::primitive::{Index, Triangle, Triangles};
 use crate::project::{Positions, ProjectedVertex, Projector, ROUNDING, is_invalid};
-use crate::setup::{ORDERS, Setup, overlap, sample_bounds, signed_area2};
+use crate::setup::{ORDERS, Setup, sample_bounds, signed_area2};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Borders, Rect};
 use crate::traverse::HAS_FLOAT_LANES;
@@ -68,6 +68,12 @@ fn max(a: f32, b: f32) -> f32 {
 #[inline(always)]
 fn pixel(v: f32) -> f32 {
     (v - 0.5) * (1.0 / 256.0) + ROUNDING
+}
+
+/// Left, top, right and bottom borders in pixels, as [`pixel`] leaves those of triangles.
+#[inline(always)]
+fn in_lanes(Borders { left, top, right, bottom }: Borders) -> [f32; 4] {
+    [left, top, right, bottom].map(|border| border as f32 + ROUNDING)
 }
 
 /// Some triangles of a draw, and what was found out about them.
@@ -165,8 +171,8 @@ pub(crate) struct Geometry<'a, I, P> {
     triangles: Triangles<'a, I>,
     vertices: Vertices<P>,
     facing: Facing,
-    /// The render area: left, top, right, bottom.
-    area: [i32; 4],
+    /// The render area.
+    area: Borders,
     batch: Batch,
     /// Where what is rare leaves its result. If it returned that, the usual result would have to go through memory, too.
     aside: Piece,
@@ -190,7 +196,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 before: [(usize::MAX, ProjectedVertex::default()); 3],
             },
             facing,
-            area: [area.x, area.y, area.right(), area.bottom()],
+            area: area.borders(),
             batch,
             aside: Piece::BLANK,
             statistics: Statistics::default(),
@@ -283,7 +289,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[inline(always)]
     fn sift_by_bounds(&mut self) -> u32 {
         let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
-        let area = self.area.map(|edge| edge as f32 + ROUNDING);
+        let area = in_lanes(self.area);
         let mut minute = 0;
         for i in 0..BATCH {
             let [ax, bx, cx] = [ax[i] as f32, bx[i] as f32, cx[i] as f32];
@@ -309,7 +315,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[inline(always)]
     fn sift_minute(&mut self) {
         let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
-        let area = self.area.map(|edge| edge as f32 + ROUNDING);
+        let area = in_lanes(self.area);
         for i in 0..BATCH {
             let [ax, bx, cx] = [ax[i] as f32, bx[i] as f32, cx[i] as f32];
             let [ay, by, cy] = [ay[i] as f32, by[i] as f32, cy[i] as f32];
@@ -389,14 +395,15 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[inline(always)]
     fn within(&self, setup: &Setup, covered: u8) -> u8 {
         let (Borders { left, top, .. }, area) = (setup.borders(), self.area);
-        let is_inside = (left >= area[0]) & (top >= area[1]) & (left < area[2] - 1) & (top < area[3] - 1);
+        let is_inside =
+            (left >= area.left) & (top >= area.top) & (left < area.right - 1) & (top < area.bottom - 1);
         if P::ARE_PROJECTED || is_inside { covered } else { 0 }
     }
 
     /// Whether the bounding box holds a sample of the area.
     #[inline(always)]
     fn may_cover(&self, [a, b, c]: [ProjectedVertex; 3]) -> bool {
-        overlap(sample_bounds(a, b, c), self.area)
+        sample_bounds(a, b, c).overlaps(self.area)
     }
 
     /// Puts the next piece of a clipped triangle aside. False when there is none.

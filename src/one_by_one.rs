@@ -15,9 +15,9 @@ use crate::interpolate::Varyings;
 use crate::plane::DepthPlane;
 use crate::primitive::{Index, Triangle, Triangles};
 use crate::project::{Positions, ProjectedVertex, Projector, is_invalid};
-use crate::setup::{ORDERS, Setup, overlap, sample_bounds, signed_area2};
+use crate::setup::{ORDERS, Setup, sample_bounds, signed_area2};
 use crate::state::Statistics;
-use crate::target::Framebuffer;
+use crate::target::{Borders, Framebuffer};
 use crate::tiny::is_tiny;
 use crate::traverse::{Compact, solve_alone};
 use crate::triple::each;
@@ -27,8 +27,8 @@ use crate::vertex::Attributes;
 #[derive(Debug)]
 pub(crate) struct OneByOne<'a, F, T, S> {
     pub(crate) target: &'a mut F,
-    /// The render area: left, top, right, bottom.
-    pub(crate) area: [i32; 4],
+    /// The render area.
+    pub(crate) area: Borders,
     pub(crate) test: T,
     pub(crate) depth_bias: DepthBias,
     pub(crate) depth_limits: (f32, f32),
@@ -253,7 +253,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
     {
         let &Part { corners: [a, b, c], identity, in_fan, .. } = part;
         let bounds = sample_bounds(a, b, c);
-        if !overlap(bounds, self.area) {
+        if !bounds.overlaps(self.area) {
             return;
         }
         let setup = part.setup();
@@ -274,14 +274,14 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
 
     /// Draws a triangle that is set up.
     #[inline(always)]
-    pub(crate) fn draw_setup<V, R>(&mut self, setup: &Setup, bounds: [i32; 4], shading: &Shading<'_, V>)
+    pub(crate) fn draw_setup<V, R>(&mut self, setup: &Setup, bounds: Borders, shading: &Shading<'_, V>)
     where
         V: Varyings,
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
         let area = self.area;
-        let (mut y, bottom) = (bounds[1].max(area[1]), bounds[3].min(area[3]));
+        let (mut y, bottom) = (bounds.top.max(area.top), bounds.bottom.min(area.bottom));
         let plane = DepthPlane::new::<F::Depth>(setup, self.depth_bias, self.depth_limits);
         if is_tiny(setup) {
             return self.draw_tiny(setup, bounds, shading, &plane);
@@ -294,7 +294,8 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
                 Some(compact) => compact.solve(y),
                 None => solve_alone(setup, y),
             };
-            let (mut x, end, anchor) = (rows.start[0].max(area[0]), rows.end[0].min(area[2]), rows.anchor[0]);
+            let (mut x, end, anchor) =
+                (rows.start[0].max(area.left), rows.end[0].min(area.right), rows.anchor[0]);
             let edges = [rows.edges[0][0], rows.edges[1][0], rows.edges[2][0]];
             let (base, z) = (shading.sample(edges), plane.at_edges(edges[0], edges[1]));
             let dx = |x: i32| x.wrapping_sub(anchor) as f32;
@@ -351,7 +352,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
     fn draw_tiny<V, R>(
         &mut self,
         setup: &Setup,
-        [x, y, right, bottom]: [i32; 4],
+        bounds: Borders,
         shading: &Shading<'_, V>,
         plane: &DepthPlane,
     ) where
@@ -359,9 +360,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let area = self.area;
-        let (left, right) = (x.max(area[0]), right.min(area[2]));
-        let (top, bottom) = (y.max(area[1]), bottom.min(area[3]));
+        let Borders { left, top, right, bottom } = bounds.intersection(self.area);
         let edges = TinyEdges::new(setup, left, top);
         let mut row = edges.first;
         let (mut shaded, mut discarded) = (0usize, 0usize);

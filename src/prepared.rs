@@ -26,9 +26,9 @@ use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, ProjectedVertex, Projector};
 use crate::rasterizer::{DrawError, Rasterizer, Source, at_corners};
-use crate::setup::{Setup, overlap, sample_bounds};
+use crate::setup::{Setup, sample_bounds};
 use crate::state::Statistics;
-use crate::target::{Framebuffer, Rect};
+use crate::target::{Borders, Framebuffer, Rect};
 use crate::triple::each;
 use crate::vertex::Attributes;
 
@@ -98,7 +98,7 @@ impl<V: Copy> Record<V> {
 
     /// The pixels whose samples lie in its bounding box: left, top, right, bottom. `None` where [`setup`](Self::setup) is.
     #[inline(always)]
-    pub(crate) fn bounds(&self) -> Option<[i32; 4]> {
+    pub(crate) fn bounds(&self) -> Option<Borders> {
         let [a, b, c] = each(self.words, ProjectedVertex::from_words);
         (self.kind == Kind::Whole).then(|| sample_bounds(a, b, c))
     }
@@ -270,8 +270,8 @@ struct Records<'r, R, V> {
     /// The one that came last.
     record: Option<&'r Record<V>>,
     projector: Projector,
-    /// The render area: left, top, right, bottom.
-    area: [i32; 4],
+    /// The render area.
+    area: Borders,
     /// What is left of a clipped one, and the values at the corners of the piece that came last.
     fan: Option<Fan>,
     values: Option<[V; 3]>,
@@ -288,7 +288,7 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
                     continue;
                 };
                 let [a, b, c] = piece.setup.corners();
-                if overlap(sample_bounds(a, b, c), area) {
+                if sample_bounds(a, b, c).overlaps(area) {
                     return Some(piece);
                 }
                 continue;
@@ -296,7 +296,7 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
             let record = self.records.next()?;
             self.record = Some(record);
             match record.bounds() {
-                Some(bounds) if overlap(bounds, area) => {
+                Some(bounds) if bounds.overlaps(area) => {
                     let (setup, identity) = (record.setup()?, record.identity());
                     return Some(Piece { setup, vertices: [0; 3], identity, in_fan: 0, covered: 0 });
                 }
@@ -458,7 +458,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         R: Into<Option<F::Color>>,
     {
         let (projector, area) = (self.projector(), self.render_area(target));
-        let (records, area) = (records.into_iter(), [area.x, area.y, area.right(), area.bottom()]);
+        let (records, area) = (records.into_iter(), area.borders());
         let mut source = Records { records, record: None, projector, area, fan: None, values: None };
         self.draw_triangles::<_, _, _, BLENDS>(target, &mut source, shade)
     }

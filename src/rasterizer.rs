@@ -475,7 +475,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let area = self.render_area(target);
         OneByOne {
             target,
-            area: [area.x, area.y, area.right(), area.bottom()],
+            area: area.borders(),
             test: self.depth_test,
             depth_bias: self.depth_bias,
             depth_limits: self.viewport.depth_limits(),

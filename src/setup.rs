@@ -73,16 +73,15 @@ pub(crate) fn first_sample(subpixel: i32) -> i32 {
 /// The pixels whose samples lie inside the bounding box of three vertices, right and bottom borders excluded: there the
 /// fill rule covers nothing.
 #[inline(always)]
-pub(crate) fn sample_bounds(a: ProjectedVertex, b: ProjectedVertex, c: ProjectedVertex) -> [i32; 4] {
+pub(crate) fn sample_bounds(a: ProjectedVertex, b: ProjectedVertex, c: ProjectedVertex) -> Borders {
     let min = |a: i32, b: i32, c: i32| first_sample(a.min(b).min(c));
     let max = |a: i32, b: i32, c: i32| first_sample(a.max(b).max(c));
-    [min(a.x(), b.x(), c.x()), min(a.y(), b.y(), c.y()), max(a.x(), b.x(), c.x()), max(a.y(), b.y(), c.y())]
-}
-
-/// Whether two rectangles, given by their left, top, right and bottom borders, have a pixel in common.
-#[inline(always)]
-pub(crate) fn overlap(a: [i32; 4], b: [i32; 4]) -> bool {
-    (a[0].max(b[0]) < a[2].min(b[2])) & (a[1].max(b[1]) < a[3].min(b[3]))
+    Borders {
+        left: min(a.x(), b.x(), c.x()),
+        top: min(a.y(), b.y(), c.y()),
+        right: max(a.x(), b.x(), c.x()),
+        bottom: max(a.y(), b.y(), c.y()),
+    }
 }
 
 impl Setup {
@@ -171,7 +170,7 @@ impl Setup {
     #[must_use]
     pub fn bounds(&self) -> Rect {
         let [a, b, c] = self.corners;
-        let [left, top, right, bottom] = sample_bounds(a, b, c);
+        let Borders { left, top, right, bottom } = sample_bounds(a, b, c);
         Rect::from_edges(left, top, right, bottom)
     }
 
@@ -179,8 +178,7 @@ impl Setup {
     #[inline(always)]
     pub(crate) fn borders(&self) -> Borders {
         let [a, b, c] = self.corners;
-        let [left, _, right, bottom] = sample_bounds(a, b, c);
-        Borders { left, top: first_sample(a.y()), right, bottom }
+        Borders { top: first_sample(a.y()), ..sample_bounds(a, b, c) }
     }
 
     /// Its edge functions; edge `i` lies opposite corner `i`, so that barycentric `i` is `edges[i] / area2`.

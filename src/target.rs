@@ -32,13 +32,34 @@ pub struct Rect {
     pub height: u32,
 }
 
-/// A rectangle of pixels: its first column and row, and one past its last ones.
+/// A rectangle of pixels by its borders: its first column and row, and one past its last ones. What a [`Rect`] is made into
+/// once and compared with for each triangle: its right and bottom borders are sums that must not overflow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Borders {
     pub(crate) left: i32,
     pub(crate) top: i32,
     pub(crate) right: i32,
     pub(crate) bottom: i32,
+}
+
+impl Borders {
+    /// What both have in common.
+    #[inline(always)]
+    pub(crate) fn intersection(self, other: Self) -> Self {
+        Self {
+            left: self.left.max(other.left),
+            top: self.top.max(other.top),
+            right: self.right.min(other.right),
+            bottom: self.bottom.min(other.bottom),
+        }
+    }
+
+    /// Whether both have a pixel in common.
+    #[inline(always)]
+    pub(crate) fn overlaps(self, other: Self) -> bool {
+        let Self { left, top, right, bottom } = self.intersection(other);
+        (left < right) & (top < bottom)
+    }
 }
 
 impl Rect {
@@ -56,7 +77,7 @@ impl Rect {
         Self { x: left, y: top, width, height }
     }
 
-    /// The same by its borders, worked out once: the right and bottom ones are sums that may not overflow.
+    /// The same by its borders.
     #[inline(always)]
     pub(crate) const fn borders(self) -> Borders {
         Borders { left: self.x, top: self.y, right: self.right(), bottom: self.bottom() }

@@ -13,7 +13,7 @@
 //! ```
 
 use crate::depth::DepthFormat;
-use crate::target::{DOMAIN, Plane, Rect, Surface, SurfaceError};
+use crate::target::{Borders, DOMAIN, Plane, Rect, Surface, SurfaceError};
 
 /// A rectangle cut into tiles of one size, those at the right and at the bottom perhaps smaller; numbered row by row.
 ///
@@ -153,10 +153,10 @@ impl Grid {
         row as usize * self.columns as usize + column as usize
     }
 
-    /// The first and last column and the first and last row of tiles that share pixels with a rectangle, given by its
-    /// edges: left, top, right, bottom. It lies in [`area`](Self::area) and is not empty.
+    /// The first and last column and the first and last row of tiles that share pixels with a rectangle. It lies in
+    /// [`area`](Self::area) and is not empty.
     #[inline(always)]
-    pub(crate) fn range(&self, [left, top, right, bottom]: [i32; 4]) -> [u32; 4] {
+    pub(crate) fn range(&self, Borders { left, top, right, bottom }: Borders) -> [u32; 4] {
         let column = |x: i32| x.abs_diff(self.area.x) / self.tile_width;
         let row = |y: i32| y.abs_diff(self.area.y) / self.tile_height;
         [column(left), column(right - 1), row(top), row(bottom - 1)]

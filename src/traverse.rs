@@ -17,8 +17,8 @@ use core::ops::{Add, Mul, Neg, Sub};
 
 use crate::edge::EdgeFunction;
 use crate::project::{ProjectedVertex, ROUNDING, round};
-use crate::setup::{Setup, sample_bounds};
-use crate::target::{DOMAIN, EXTENT, Rect};
+use crate::setup::Setup;
+use crate::target::{Borders, DOMAIN, EXTENT, Rect};
 use crate::triple::each;
 
 /// How many rows are solved at a time: a SIMD register of `f32`, and one where there is none.
@@ -165,8 +165,7 @@ impl Solver {
         if HAS_FLOAT_LANES {
             if is_small(setup) { Self::Small(Lines::small(setup)) } else { Self::Large(Lines::large(setup)) }
         } else {
-            let [a, b, c] = setup.corners();
-            Compact::new(setup, sample_bounds(a, b, c)).map_or(Self::Alone(*setup), Self::Compact)
+            Compact::new(setup, setup.borders()).map_or(Self::Alone(*setup), Self::Compact)
         }
     }
 
@@ -477,9 +476,10 @@ impl Plane {
 }
 
 impl Compact {
-    /// The edges of a triangle whose samples lie in these bounds: left, top, right, bottom. None of one too large.
+    /// The edges of a triangle whose samples lie in these bounds. None of one too large.
     #[inline(always)]
-    pub(crate) fn new(setup: &Setup, [x, y, right, bottom]: [i32; 4]) -> Option<Self> {
+    pub(crate) fn new(setup: &Setup, bounds: Borders) -> Option<Self> {
+        let Borders { left: x, top: y, right, bottom } = bounds;
         let area2 = u32::try_from(setup.area2()).ok()?;
         if right - x > COMPACT || bottom - y > COMPACT {
             return None;
@@ -627,8 +627,7 @@ mod tests {
         for (size, step) in sizes {
             for setup in triangles(size, step, if size < 100 { 1000 } else { 100 }) {
                 let bounds = setup.bounds();
-                let edges = [bounds.x, bounds.y, bounds.right(), bounds.bottom()];
-                let (large, compact) = (Lines::large(&setup), Compact::new(&setup, edges));
+                let (large, compact) = (Lines::large(&setup), Compact::new(&setup, bounds.borders()));
                 let small = is_small(&setup).then(|| Lines::small(&setup));
                 let is_too_large = size > COMPACT || setup.area2() > i64::from(u32::MAX);
                 assert!(compact.is_some() || is_too_large, "{setup:?}");
