@@ -15,9 +15,9 @@ use crate::triple::each;
 /// The covered samples of a minute triangle, from the top left on.
 pub(crate) struct Minute<'a> {
     setup: &'a Setup,
-    /// The pixel at the top left of its bounds.
-    x: i32,
-    y: i32,
+    /// The pixel at the top left of its bounds, which places are counted from.
+    pub(crate) x: i32,
+    pub(crate) y: i32,
     /// Those of the samples that are still to come.
     covered: u8,
 }

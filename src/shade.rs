@@ -158,16 +158,16 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     {
         let triangle = Triangle { shading, plane };
         let mut work = if covered != 0 {
-            let Borders { left, top, .. } = setup.borders();
-            let place = (left, top);
-            let len = self.fill_minute(setup, covered, shading, plane, packet);
+            let minute = Minute::new(setup, covered);
+            let place = (minute.x, minute.y);
+            let len = self.fill_minute(minute, triangle, packet);
             if len == 0 {
                 return;
             }
             Work::Tiny(place, len)
         } else if is_tiny(setup) {
             let tiny = Tiny::new(setup, self.target_area, self.render_area);
-            let len = self.fill_tiny(&tiny, shading, plane, packet);
+            let len = self.fill_tiny(&tiny, triangle, packet);
             if len == 0 {
                 return;
             }
@@ -322,14 +322,12 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     #[inline(always)]
     fn fill_minute<V: Varyings>(
         &mut self,
-        setup: &Setup,
-        covered: u8,
-        shading: &Shading<'_, V>,
-        plane: &DepthPlane,
+        minute: Minute<'_>,
+        Triangle { shading, plane }: Triangle<'_, V>,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
         let mut filled = 0;
-        for sample in Minute::new(setup, covered) {
+        for sample in minute {
             let z = plane.at_sample(sample.edges);
             let run = self.target.run(sample.x, sample.y, 1);
             let (Some(&color), Some(&depth)) = (run.color.first(), run.depth.first()) else { continue };
@@ -349,8 +347,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     fn fill_tiny<V: Varyings>(
         &mut self,
         tiny: &Tiny,
-        shading: &Shading<'_, V>,
-        plane: &DepthPlane,
+        Triangle { shading, plane }: Triangle<'_, V>,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
         let filled = if tiny.is_narrow {
