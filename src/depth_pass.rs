@@ -5,8 +5,6 @@
 #![expect(clippy::cast_possible_truncation, reason = "lanes are under 2⁴")]
 #![expect(clippy::needless_range_loop, reason = "arrays in step, lane by lane, are what becomes SIMD")]
 
-use glam::Vec4;
-
 use crate::coarse::{Coarse, DepthRow, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::minute::Minute;
@@ -14,7 +12,7 @@ use crate::packet::{copy, store};
 use crate::plane::DepthPlane;
 use crate::setup::Setup;
 use crate::target::{Borders, Framebuffer};
-use crate::tiny::{Tiny, WINDOW, is_tiny};
+use crate::tiny::{Row, Tiny, WINDOW, is_tiny};
 use crate::traverse::{LANES, Solver};
 
 /// What a draw without a closure works with: depth is tested and written where it lies, eight pixels at a time.
@@ -151,7 +149,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
 fn test_tiny<D: DepthFormat>(
     test: impl DepthTest,
     depths: &mut [D; WINDOW],
-    (tiny, row): (&Tiny, Vec4),
+    (tiny, row): (&Tiny, Row),
     plane: &DepthPlane,
     lent: usize,
     passed: &mut [u32; 4],

@@ -4,7 +4,7 @@
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
-use glam::Vec4;
+use glam::{Vec2, Vec4};
 
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Sample, Shading};
@@ -48,44 +48,21 @@ pub(crate) fn place_of(place: u8) -> (i32, i32) {
 /// Room for the most fragments of a tiny triangle, of which four are added at a time.
 pub(crate) const PLACES: usize = WINDOW * ROWS + 4;
 
-/// For each choice of four lanes, a bit each: these lanes, one after the other from the lowest byte on, and how many.
-const CHOICES: [(u32, u32); 16] = {
-    let mut choices = [(0, 0); 16];
-    let mut choice = 0;
-    while choice < 16 {
-        let (mut lanes, mut count, mut lane) = (0, 0, 0);
-        while lane < 4 {
-            if choice >> lane & 1 == 1 {
-                lanes |= lane << (8 * count);
-                count += 1;
-            }
-            lane += 1;
-        }
-        choices[choice as usize] = (lanes, count);
-        choice += 1;
+/// Column and row of each of eight times eight lanes, and of none.
+const OFFSETS: [Vec2; 65] = {
+    let mut offsets = [Vec2::ZERO; 65];
+    let mut lane = 0;
+    while lane < 64 {
+        offsets[lane] = Vec2::new((lane % WINDOW) as f32, (lane / WINDOW) as f32);
+        lane += 1;
     }
-    choices
+    offsets
 };
 
 /// Rows up to this width share packets.
 pub(crate) const NARROW: usize = 64;
 
 impl<C, D> Packet<'_, C, D> {
-    /// Adds those lanes of a tiny triangle's row that are chosen, a bit each, to its `filled` fragments. Gives how many
-    /// there are then. Without a branch: which lanes are chosen, no predictor can tell.
-    #[inline(always)]
-    pub(crate) fn put_places<const N: usize>(&mut self, mut filled: usize, row: u32, chosen: u32) -> usize {
-        for first in (0..N as u32).step_by(4) {
-            let (lanes, count) = CHOICES[(chosen >> first & 15) as usize];
-            let lanes = lanes.wrapping_add((8 * row + first).wrapping_mul(0x0101_0101));
-            if let Some(places) = self.places.get_mut(filled..filled + 4) {
-                places.copy_from_slice(&lanes.to_le_bytes());
-            }
-            filled += count as usize;
-        }
-        filled
-    }
-
     /// Sets one fragment.
     #[inline(always)]
     pub(crate) fn put(&mut self, at: usize, (x, y): (i32, i32), sample: Sample, z: f32, place: u8) {
@@ -98,30 +75,37 @@ impl<C, D> Packet<'_, C, D> {
         }
     }
 
-    /// What the first `len` fragments of a tiny triangle are shaded from. Four at a time are worked out, so what follows is
+    /// Adds the fragments of eight rows of a tiny triangle, from row `first` on, to `filled` others: a bit for each lane of
+    /// each row that is chosen. Gives how many there are then. Four at a time are worked out, so what follows is
     /// overwritten.
     #[inline(always)]
-    pub(crate) fn set_tiny<V: Varyings>(
+    pub(crate) fn put_rows<V: Varyings>(
         &mut self,
-        len: usize,
+        filled: usize,
+        (mut chosen, first): (u64, usize),
         tiny: &Tiny,
         shading: &Shading<'_, V>,
         plane: &DepthPlane,
-    ) {
-        let mut at = 0;
-        while at < len.min(WINDOW * ROWS) {
+    ) -> usize {
+        let (mut at, end) = (filled, filled + chosen.count_ones() as usize);
+        while at < end {
             let (Some(places), Some(x), Some(y)) =
-                (self.places.get(at..at + 4), self.x.get_mut(at..at + 4), self.y.get_mut(at..at + 4))
+                (self.places.get_mut(at..at + 4), self.x.get_mut(at..at + 4), self.y.get_mut(at..at + 4))
             else {
-                return;
+                break;
             };
-            let (mut dx, mut dy) = ([0.0; 4], [0.0; 4]);
+            let mut offsets = [Vec2::ZERO; 4];
             for i in 0..4 {
+                // Which lanes are chosen, no predictor can tell: the next one is found without a branch.
+                let lane = chosen.trailing_zeros();
+                chosen &= chosen.wrapping_sub(1);
+                offsets[i] = OFFSETS[lane as usize];
+                places[i] = (WINDOW * first) as u8 + lane as u8;
                 let place = place_of(places[i]);
-                (dx[i], dy[i]) = (place.0 as f32, place.1 as f32);
                 (x[i], y[i]) = (tiny.x.wrapping_add(place.0), tiny.y.wrapping_add(place.1));
             }
-            let offset = (Vec4::from_array(dx), Vec4::from_array(dy));
+            let [a, b, c, d] = offsets;
+            let offset = (Vec4::new(a.x, b.x, c.x, d.x), Vec4::new(a.y, b.y, c.y, d.y) + first as f32);
             let ([p, q, sum, l, m], z) = tiny.samples(offset, shading, plane);
             put_four(self.p, at, p);
             put_four(self.q, at, q);
@@ -131,6 +115,7 @@ impl<C, D> Packet<'_, C, D> {
             put_four(self.z, at, z);
             at += 4;
         }
+        end
     }
 
     /// [`set`](Self::set) from `at` on for a short row of `len`, in windows of eight: as many as `old` has. The last one

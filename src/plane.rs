@@ -54,9 +54,9 @@ impl DepthPlane {
         self.clamp(self.at_edges(e0, e1))
     }
 
-    /// At four samples where the edge functions are these, inside the depth range.
+    /// At four samples where the first two edge functions are these, inside the depth range.
     #[inline(always)]
-    pub(crate) fn at(&self, [e0, e1, _]: [Vec4; 3]) -> Vec4 {
+    pub(crate) fn at(&self, [e0, e1]: [Vec4; 2]) -> Vec4 {
         self.clamp_four(Vec4::splat(self.z) + e0 * self.more[0] + e1 * self.more[1])
     }
 

@@ -30,7 +30,7 @@ use crate::plane::DepthPlane;
 use crate::setup::Setup;
 use crate::state::Statistics;
 use crate::target::{Borders, Framebuffer};
-use crate::tiny::{Tiny, WINDOW, is_tiny};
+use crate::tiny::{ROWS, Tiny, WINDOW, is_tiny};
 use crate::traverse::{LANES, Rows, Solver};
 
 /// What a draw's shading works with. The closure reads the colour already there if it `BLENDS`.
@@ -350,49 +350,53 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         Triangle { shading, plane }: Triangle<'_, V>,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
-        let filled = if tiny.is_narrow {
-            self.test_tiny::<4>(tiny, plane, packet)
+        let chosen = if tiny.is_narrow {
+            self.test_tiny::<4>(tiny, plane)
         } else {
-            self.test_tiny::<WINDOW>(tiny, plane, packet)
+            self.test_tiny::<WINDOW>(tiny, plane)
         };
-        packet.set_tiny(filled, tiny, shading, plane);
+        let mut filled = 0;
+        for (chosen, first) in chosen.into_iter().zip((0..).step_by(LANES)) {
+            filled = packet.put_rows(filled, (chosen, first), tiny, shading, plane);
+        }
         if BLENDS {
             self.read_tiny(tiny, filled, packet);
         }
         filled
     }
 
-    /// Puts the places of fragments of a tiny triangle that pass the depth test into the packet. Gives how many.
+    /// Finds the fragments of a tiny triangle that pass the depth test: of each eight rows, a bit each, eight a row.
     #[inline(always)]
-    fn test_tiny<const N: usize>(
-        &mut self,
-        tiny: &Tiny,
-        plane: &DepthPlane,
-        packet: &mut Packet<'_, F::Color, F::Depth>,
-    ) -> usize {
+    fn test_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &DepthPlane) -> [u64; ROWS / LANES] {
         let room = WINDOW.min((self.target_area.right - tiny.x) as usize);
-        let (mut filled, mut at) = (0, tiny.first_row());
-        for (row, number) in (0..tiny.rows).zip(0..) {
-            let run = self.target.run(tiny.x, tiny.y + row, room);
-            if !BLENDS {
-                // Its cache line, which is about to be written, comes while depth is tested.
-                black_box(run.color.first().copied());
+        let (mut found, mut at, mut row) = ([0; ROWS / LANES], tiny.first_row(), 0);
+        for found in &mut found {
+            let last = tiny.rows.min(row + LANES as i32);
+            let mut shift = 0;
+            while row < last {
+                let run = self.target.run(tiny.x, tiny.y + row, room);
+                let lanes = match (run.color.first_chunk::<WINDOW>(), run.depth.first_chunk()) {
+                    (Some(colors), Some(depths)) => {
+                        if !BLENDS {
+                            // Its cache line, which is about to be written, comes while depth is tested.
+                            black_box(colors[0]);
+                        }
+                        tiny.chosen::<_, N>(at, plane, self.test, depths)
+                    }
+                    _ => {
+                        // Less than a window, of a narrow framebuffer or a miserly one, is tested in one of our own.
+                        let run = self.target.run(tiny.x, tiny.y + row, room);
+                        let mut depths = [F::Depth::from_depth(0.0); WINDOW];
+                        let lent = copy(&mut depths, run.depth).min(run.color.len());
+                        tiny.chosen::<_, N>(at, plane, self.test, &depths) & ((1 << lent) - 1)
+                    }
+                };
+                *found |= u64::from(lanes) << shift;
+                at = tiny.next_row(at);
+                (row, shift) = (row + 1, shift + WINDOW);
             }
-            let chosen = match run.depth.first_chunk() {
-                Some(depths) if run.color.len() >= WINDOW => {
-                    tiny.chosen::<_, N>(at, plane, self.test, depths)
-                }
-                _ => {
-                    // Less than a window, of a narrow framebuffer or a miserly one, is tested in one of our own.
-                    let mut depths = [F::Depth::from_depth(0.0); WINDOW];
-                    let lent = copy(&mut depths, run.depth).min(run.color.len());
-                    tiny.chosen::<_, N>(at, plane, self.test, &depths) & ((1 << lent) - 1)
-                }
-            };
-            filled = packet.put_places::<N>(filled, number, chosen);
-            at = tiny.next_row(at);
         }
-        filled
+        found
     }
 
     /// Reads the colours that a tiny triangle is blended with.

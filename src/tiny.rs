@@ -34,6 +34,12 @@ pub(crate) fn is_tiny(setup: &Setup) -> bool {
     extent(a.x(), b.x(), c.x()) <= (WINDOW as i32) << 8 && extent(a.y(), b.y(), c.y()) <= (ROWS as i32) << 8
 }
 
+/// The edge functions at four samples of a tiny triangle's row. The third is less by what covers a sample at the least.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Row {
+    edges: [Vec4; 3],
+}
+
 /// A tiny triangle and its window of a framebuffer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tiny {
@@ -84,51 +90,42 @@ impl Tiny {
         Self { x, y, rows, is_narrow, dx, a, b, c, least, may_draw }
     }
 
-    /// The edge functions on the first row, at the leftmost sample of the bounds; the third one twice.
+    /// The first row.
     #[inline(always)]
-    pub(crate) fn first_row(&self) -> Vec4 {
-        Vec4::from_array(self.c)
+    pub(crate) fn first_row(&self) -> Row {
+        let dx = COLUMNS + self.dx;
+        let edge = |i: usize| dx * self.a[i] + self.c[i];
+        Row { edges: [edge(0), edge(1), edge(2) - self.least[2]] }
     }
 
-    /// Those on the row below.
+    /// The row below.
     #[inline(always)]
-    pub(crate) fn next_row(&self, row: Vec4) -> Vec4 {
-        row + Vec4::from_array(self.b)
+    pub(crate) fn next_row(&self, Row { edges: [a, b, c] }: Row) -> Row {
+        Row { edges: [a + self.b[0], b + self.b[1], c + self.b[2]] }
     }
 
-    /// What the edge functions of four samples of a row have more than at the leftmost sample of the bounds, from the
-    /// window's column `first` on.
+    /// The same row four samples on.
     #[inline(always)]
-    fn along(&self, first: usize) -> [Vec4; 3] {
-        let dx = COLUMNS + (self.dx + first as f32);
-        let [a, b, c, _] = self.a;
-        [dx * a, dx * b, dx * c]
-    }
-
-    /// The edge functions of those four: exact inside of the bounds.
-    #[inline(always)]
-    fn edges(&self, row: Vec4, first: usize) -> [Vec4; 3] {
-        let ([a, b, c], [e0, e1, e2, _]) = (self.along(first), row.to_array());
-        [a + e0, b + e1, c + e2]
+    fn next_half(&self, Row { edges: [a, b, c] }: Row) -> Row {
+        Row { edges: [a + 4.0 * self.a[0], b + 4.0 * self.a[1], c + 4.0 * self.a[2]] }
     }
 
     /// Four samples of a row, from its first or its fifth lane on: without a minus sign where they are covered and may be
     /// drawn to; and their depths.
     #[inline(always)]
-    pub(crate) fn half(&self, row: Vec4, half: usize, plane: &DepthPlane) -> ([f32; 4], [f32; 4]) {
-        let ([a, b, c], [e0, e1, e2, _]) = (self.along(4 * half), row.to_array());
-        let [least_0, least_1, least_2, _] = self.least;
-        // What is in brackets is the same for all rows.
-        let inside = ((a - least_0) + e0).min((b - least_1) + e1).min((c - least_2) + e2);
-        let inside = inside.min(Vec4::from_array(self.may_draw[half]));
-        (inside.to_array(), plane.at(self.edges(row, 4 * half)).to_array())
+    pub(crate) fn half(&self, row: Row, half: usize, plane: &DepthPlane) -> ([f32; 4], [f32; 4]) {
+        let row = if half == 0 { row } else { self.next_half(row) };
+        let [a, b, c] = row.edges;
+        // Edge 1 goes up: it is a left one, whose samples it covers.
+        let inside = (a - self.least[0]).min(b).min(c).min(Vec4::from_array(self.may_draw[half]));
+        (inside.to_array(), plane.at([a, b]).to_array())
     }
 
     /// The lanes of a row that are covered and pass the depth test against `old`, a bit each.
     #[inline(always)]
     pub(crate) fn chosen<D: DepthFormat, const N: usize>(
         &self,
-        row: Vec4,
+        row: Row,
         plane: &DepthPlane,
         test: impl DepthTest,
         old: &[D; WINDOW],
@@ -155,7 +152,7 @@ impl Tiny {
         let dx = column + self.dx;
         let edge = |i: usize| dx * self.a[i] + (row * self.b[i] + self.c[i]);
         let edges = [edge(0), edge(1), edge(2)];
-        (shading.samples(edges), plane.at(edges))
+        (shading.samples(edges), plane.at([edges[0], edges[1]]))
     }
 }
 
@@ -225,10 +222,11 @@ mod tests {
                 assert_eq!(found, covered, "{setup:?} in {frame:?}");
                 for (x, y) in covered {
                     let row = (tiny.y..y).fold(tiny.first_row(), |row, _| tiny.next_row(row));
-                    let all = [tiny.edges(row, 0), tiny.edges(row, 4)];
+                    let all = [row, tiny.next_half(row)].map(|row| row.edges);
                     let lane = (x - tiny.x).cast_unsigned() as usize;
                     for (i, edge) in edges.iter().enumerate() {
-                        let value = all[lane / 4][i].to_array()[lane % 4];
+                        let value =
+                            all[lane / 4][i].to_array()[lane % 4] + if i == 2 { tiny.least[2] } else { 0.0 };
                         assert_eq!(value.to_bits(), (edge.at(x, y) as f32).to_bits(), "{setup:?} at {x} {y}");
                         assert_eq!(value as i64, edge.at(x, y), "exact: {setup:?} at {x} {y}");
                     }
