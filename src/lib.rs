@@ -111,7 +111,7 @@ pub use edge::EdgeFunction;
 pub use fragment::Fragment;
 pub use interpolate::{Flat, NoPerspective, Varyings, Weights};
 pub use prepared::{Preparation, Record};
-pub use primitive::{Index, Primitives, Topology};
+pub use primitive::{Index, IndexBuffer, Primitives, Topology};
 pub use project::{Positions, Projected, ProjectedVertex, SUBPIXELS};
 pub use rasterizer::{DrawError, Rasterizer};
 pub use setup::{Coverage, Setup};

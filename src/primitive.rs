@@ -3,6 +3,8 @@
 //! Orders and provoking vertices are Vulkan's ("Primitive Topologies"): each triangle lists its vertices so that
 //! neighbours in a strip or fan wind alike.
 
+use core::ops::Deref;
+
 /// How a sequence of vertices becomes triangles.
 ///
 /// ```text
@@ -64,6 +66,72 @@ impl Index for u32 {
     }
 }
 
+/// Indices that have been looked through: draws by [`Primitives::indexed_by`] need not ask again whether all are in range.
+///
+/// A draw by [`Primitives::indexed`] looks at every index twice: before it draws anything, and to draw. For a mesh that is
+/// drawn in every frame, the first can be done once. (What an index buffer of a graphics API is, too.)
+///
+/// `S` holds the indices: a `Vec`, a `Box`, or a reference to a slice. It should give the same ones whenever it is asked;
+/// if it does not, what triangles with an index out of range draw is not specified, but nothing panics.
+///
+/// # Examples
+/// ```
+/// use halfplane::{IndexBuffer, Primitives};
+/// struct Mesh { indices: IndexBuffer<Vec<u16>> }
+///
+/// let mesh = Mesh { indices: IndexBuffer::new(vec![0, 1, 2, 2, 1, 3]) };
+/// assert_eq!(mesh.indices.vertex_count(), 4);
+/// let in_every_frame = Primitives::list().indexed_by(&mesh.indices);
+/// assert_eq!(in_every_frame.triangle_count(4), 2);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct IndexBuffer<S> {
+    indices: S,
+    enough: Enough,
+}
+
+/// How many vertices are enough for all indices: for all but those of restarts, and for all.
+#[derive(Clone, Copy, Debug)]
+struct Enough {
+    restarting: usize,
+    plain: usize,
+}
+
+impl Enough {
+    /// It has not been looked.
+    const UNKNOWN: Self = Self { restarting: usize::MAX, plain: usize::MAX };
+}
+
+impl<I: Index, S: Deref<Target = [I]>> IndexBuffer<S> {
+    /// Looks through indices.
+    #[must_use]
+    pub fn new(indices: S) -> Self {
+        let enough = |largest: Option<I>| largest.map_or(0, |index| index.to_usize().saturating_add(1));
+        let restarting = indices.iter().copied().filter(|index| *index != I::RESTART).max();
+        let enough = Enough { restarting: enough(restarting), plain: enough(indices.iter().copied().max()) };
+        Self { indices, enough }
+    }
+
+    /// How many vertices there must be at least, so that all indices but those of [restarts](Primitives::with_restart) are
+    /// in range.
+    #[must_use]
+    pub fn vertex_count(&self) -> usize {
+        self.enough.restarting
+    }
+
+    /// The indices.
+    #[must_use]
+    pub fn indices(&self) -> &[I] {
+        &self.indices
+    }
+
+    /// What holds the indices.
+    #[must_use]
+    pub fn into_inner(self) -> S {
+        self.indices
+    }
+}
+
 /// What to draw: a topology, and the indices if there are any.
 ///
 /// # Examples
@@ -79,6 +147,7 @@ pub struct Primitives<'a, I = u32> {
     pub(crate) topology: Topology,
     pub(crate) indices: Option<&'a [I]>,
     pub(crate) restart: bool,
+    enough: Enough,
     /// Which of the triangles: `first .. end`.
     first: usize,
     end: usize,
@@ -88,7 +157,7 @@ impl Primitives<'static> {
     /// Unindexed triangles of any topology, for a choice made at run time.
     #[must_use]
     pub const fn new(topology: Topology) -> Self {
-        Self { topology, indices: None, restart: false, first: 0, end: usize::MAX }
+        Self { topology, indices: None, restart: false, enough: Enough::UNKNOWN, first: 0, end: usize::MAX }
     }
 
     /// Every three vertices make a triangle.
@@ -115,7 +184,13 @@ impl<I> Primitives<'_, I> {
     #[must_use]
     pub const fn indexed<J: Index>(self, indices: &[J]) -> Primitives<'_, J> {
         let Self { topology, restart, first, end, .. } = self;
-        Primitives { topology, indices: Some(indices), restart, first, end }
+        Primitives { topology, indices: Some(indices), restart, enough: Enough::UNKNOWN, first, end }
+    }
+
+    /// The same with indices that have been looked through: see [`IndexBuffer`].
+    #[must_use]
+    pub fn indexed_by<J: Index, S: Deref<Target = [J]>>(self, buffer: &IndexBuffer<S>) -> Primitives<'_, J> {
+        Primitives { enough: buffer.enough, ..self.indexed(&buffer.indices) }
     }
 
     /// Lets the index with all bits set end a strip or fan (or an unfinished triangle of a list) and start another.
@@ -195,6 +270,10 @@ impl<I: Index> Primitives<'_, I> {
     #[inline(always)]
     pub(crate) fn first_out_of_range(&self, vertices: usize) -> Option<(usize, usize)> {
         let all = self.indices?;
+        let enough = if self.restart { self.enough.restarting } else { self.enough.plain };
+        if enough <= vertices && enough < usize::MAX {
+            return None;
+        }
         let (start, end) = self.used(all.len());
         if self.topology == Topology::Fan && !self.restart && start > 0 && start.saturating_add(1) < end {
             let hub = all.first()?.to_usize();
@@ -475,6 +554,39 @@ mod tests {
         let fan = Primitives::fan().indexed(&[9u8, 0, 1, 0, 1, 2]);
         assert_eq!(fan.part(2, 3).first_out_of_range(3), Some((0, 9)), "a fan's hub is in every part");
         assert_eq!(fan.part(4, 9).first_out_of_range(3), None, "no triangle, no hub");
+    }
+
+    #[test]
+    fn a_buffer_finds_what_its_indices_find() {
+        fn check<I: Index>(indices: &[I]) {
+            let buffer = IndexBuffer::new(indices);
+            for primitives in [Primitives::list(), Primitives::fan()] {
+                let (looked, known) = (primitives.indexed(indices), primitives.indexed_by(&buffer));
+                for vertices in (0..12).chain([255, 256, 65_535, 65_536, usize::MAX]) {
+                    for (looked, known) in [
+                        (looked, known),
+                        (looked.part(1, 2), known.part(1, 2)),
+                        (looked.with_restart(), known.with_restart()),
+                    ] {
+                        let found = known.first_out_of_range(vertices);
+                        assert_eq!(found, looked.first_out_of_range(vertices), "{indices:?} of {vertices}");
+                    }
+                }
+                let vertices = buffer.vertex_count();
+                assert_eq!(known.with_restart().first_out_of_range(vertices), None, "enough: {indices:?}");
+            }
+        }
+        check::<u8>(&[]);
+        check(&[9u8, 0, 1, 0, 1, 2, 0, 9, 2]);
+        check(&[0u8, 1, 2, 255, 3, 4, 254]);
+        check(&[0u16, 7, 2, 65_535, 3, 4, 5]);
+        check(&[3u32, 1, 2, u32::MAX, 3, 4]);
+        check(&[u32::MAX; 3]);
+        assert_eq!(IndexBuffer::new(&[255u8, 255][..]).vertex_count(), 0, "restarts alone");
+        // What is known of other indices is not carried over.
+        let buffer = IndexBuffer::new(&[0u8, 1, 2][..]);
+        let other = Primitives::list().indexed_by(&buffer).indexed(&[0u8, 9, 2]);
+        assert_eq!(other.first_out_of_range(3), Some((1, 9)), "indexed after indexed_by");
     }
 
     #[test]

@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use halfplane::glam::Vec4;
 use halfplane::{
-    Attributes, CoarseDepth, Computed, CullMode, Fragment, Framebuffer, Grid, Less, Primitives,
+    Attributes, CoarseDepth, Computed, CullMode, Fragment, Framebuffer, Grid, IndexBuffer, Less, Primitives,
     ProjectedVertex, Rasterizer, Record, Rect, Statistics, Surface, Varyings, Viewport,
 };
 
@@ -20,6 +20,7 @@ pub struct Canvas {
     pub depth: Vec<f32>,
     bounds: Vec<f32>,
     room: Vec<ProjectedVertex>,
+    indices: IndexBuffer<Vec<u32>>,
     /// Triangles of the blended workload.
     records: Vec<Record<[f32; 4]>>,
 }
@@ -37,12 +38,14 @@ impl Canvas {
             depth: vec![0.0; pixels],
             bounds: vec![0.0; bounds],
             room: Vec::new(),
+            indices: IndexBuffer::new(Vec::new()),
             records: Vec::new(),
         }
     }
 
-    /// Room for the vertices of a workload.
+    /// What a renderer does when it loads a mesh: room for its vertices, and its indices in a buffer.
     pub fn prepare(&mut self, workload: &Workload) {
+        self.indices = IndexBuffer::new(workload.indices.clone());
         self.room.resize(workload.positions.len(), ProjectedVertex::default());
     }
 
@@ -82,8 +85,8 @@ impl Canvas {
         varyings: impl Attributes<Value = V>,
         shade: impl FnMut(Fragment<'_, V>) -> u32,
     ) -> Statistics {
-        let (mut target, room) = self.target(rows);
-        let (rasterizer, primitives) = (rasterizer(workload), Primitives::list().indexed(&workload.indices));
+        let (mut target, primitives, room) = self.parts(rows);
+        let rasterizer = rasterizer(workload);
         let vertices = rasterizer.project(positions(workload), room).expect("prepared");
         rasterizer.draw(&mut target, primitives, vertices, varyings, shade).expect("valid indices")
     }
@@ -94,7 +97,7 @@ impl Canvas {
         let triangles = workload.indices.len() / 3;
         let mut records = core::mem::take(&mut self.records);
         records.resize(triangles, Record::default());
-        let (mut target, room) = self.target(rows);
+        let (mut target, primitives, room) = self.parts(rows);
         let grid = Grid::new(target.area(), WIDTH, BAND).expect("a small frame");
         let mut memory = vec![0; Grid::bin_memory(grid.len(), grid.len() + 2 * triangles)];
         let mut rasterizer = rasterizer(workload);
@@ -102,7 +105,6 @@ impl Canvas {
         let colors = Computed::new(colors.len(), |i| colors[i].to_array());
         let shade = |fragment: Fragment<'_, [f32; 4]>, under| blend(fragment.varyings(), under);
 
-        let primitives = Primitives::list().indexed(&workload.indices);
         let mut preparation =
             rasterizer.prepare(target.area(), primitives, vertices, colors).expect("valid indices");
         let mut statistics = Statistics::default();
@@ -124,22 +126,25 @@ impl Canvas {
 
     /// One draw call without colour.
     fn draw_depth(&mut self, workload: &Workload, rows: Range<u32>) -> Statistics {
-        let (mut target, room) = self.target(rows);
-        let (rasterizer, primitives) =
-            (rasterizer::<()>(workload), Primitives::list().indexed(&workload.indices));
+        let (mut target, primitives, room) = self.parts(rows);
+        let rasterizer = rasterizer::<()>(workload);
         let vertices = rasterizer.project(positions(workload), room).expect("prepared");
         rasterizer.draw_depth(&mut target, primitives, vertices).expect("valid indices")
     }
 
-    /// Some rows of the frame, with coarse depth; and room for vertices.
-    fn target(&mut self, rows: Range<u32>) -> (impl Framebuffer<Color = u32>, &mut [ProjectedVertex]) {
+    /// Some rows of the frame, with coarse depth; the triangles; and room for vertices.
+    fn parts(
+        &mut self,
+        rows: Range<u32>,
+    ) -> (impl Framebuffer<Color = u32>, Primitives<'_>, &mut [ProjectedVertex]) {
         let area = Rect { x: 0, y: rows.start as i32, width: WIDTH, height: rows.end - rows.start };
         let skipped = Rect::of_size(WIDTH, rows.start);
         let pixels = (rows.start * WIDTH) as usize..(rows.end * WIDTH) as usize;
         let (color, depth) = (&mut self.color[pixels.clone()], &mut self.depth[pixels]);
         let bounds = &mut self.bounds[CoarseDepth::bounds_len(skipped)..];
         let surface = Surface::with_planes(color, depth, area, WIDTH as usize).expect("slices of this size");
-        (CoarseDepth::new(surface, bounds, Less).expect("enough for all"), &mut self.room)
+        let target = CoarseDepth::new(surface, bounds, Less).expect("enough for all");
+        (target, Primitives::list().indexed_by(&self.indices), &mut self.room)
     }
 }
 
