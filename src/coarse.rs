@@ -13,7 +13,7 @@ use glam::Vec4;
 
 use crate::depth::{CompareOp, DepthFormat, DepthTest};
 use crate::plane::DepthPlane;
-use crate::target::{Absent, Bounds, DOMAIN, Framebuffer, Rect, Run, Surface, SurfaceError};
+use crate::target::{Absent, Block, Bounds, DOMAIN, Framebuffer, Rect, Run, Surface, SurfaceError};
 use crate::tiny::{COLUMNS, NEGATIVE};
 
 /// How many pixels of a row share a bound.
@@ -126,6 +126,11 @@ impl<F: Framebuffer> Framebuffer for CoarseDepth<'_, F> {
     #[inline(always)]
     fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, F::Color, F::Depth> {
         self.target.run(x, y, len)
+    }
+
+    #[inline(always)]
+    fn block(&mut self, x: i32, y: i32, width: usize, height: usize) -> Option<Block<'_, F::Color, F::Depth>> {
+        self.target.block(x, y, width, height)
     }
 
     #[inline(always)]

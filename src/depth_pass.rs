@@ -11,7 +11,7 @@ use crate::minute::Minute;
 use crate::packet::{copy, store};
 use crate::plane::DepthPlane;
 use crate::setup::Setup;
-use crate::target::{Borders, Framebuffer};
+use crate::target::{Block, Borders, Framebuffer};
 use crate::tiny::{Row, Tiny, WINDOW, is_tiny};
 use crate::traverse::{LANES, Solver};
 
@@ -124,24 +124,50 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
     /// Draws a tiny triangle. Gives how many fragments passed.
     #[inline(always)]
     fn draw_tiny(&mut self, tiny: &Tiny, plane: &DepthPlane) -> u64 {
-        let mut passed = [0; 4];
-        let room = WINDOW.min((self.target_area.right - tiny.x) as usize);
-        let mut at = tiny.first_row();
-        for row in 0..tiny.rows {
-            let depths = self.target.run(tiny.x, tiny.y + row, room).depth;
-            if let Some(window) = depths.first_chunk_mut() {
-                test_tiny(self.test, window, (tiny, at), plane, WINDOW, &mut passed);
-            } else {
-                // Less than a window, of a narrow framebuffer or a miserly one, is drawn to through one of our own.
-                let mut window = [F::Depth::from_depth(0.0); WINDOW];
-                let lent = copy(&mut window, depths);
-                test_tiny(self.test, &mut window, (tiny, at), plane, lent, &mut passed);
-                copy(depths, &window);
-            }
-            at = tiny.next_row(at);
+        if tiny.rows <= 0 {
+            return 0;
+        }
+        let (mut passed, mut row, mut at) = ([0; 4], tiny.first_row(), 0);
+        let (width, height) = (tiny.width(self.target_area), tiny.rows as usize);
+        let Some(Block { depth, stride, .. }) = self.target.block(tiny.x, tiny.y, width, height) else {
+            return draw_by_runs(self.target, self.test, *tiny, width, *plane);
+        };
+        for _ in 0..tiny.rows {
+            let Some(window) = depth.get_mut(at..at + WINDOW).and_then(<[_]>::first_chunk_mut) else {
+                return draw_by_runs(self.target, self.test, *tiny, width, *plane);
+            };
+            test_tiny(self.test, window, (tiny, row), plane, WINDOW, &mut passed);
+            (row, at) = (tiny.next_row(row), at + stride);
         }
         passed.iter().map(|&lane| u64::from(lane)).sum()
     }
+}
+
+/// Draws a tiny triangle into a framebuffer that lends no block, or one narrower than a window. (By value, so that nothing
+/// has to be in memory for the sake of this.)
+#[inline(never)]
+fn draw_by_runs<F: Framebuffer>(
+    target: &mut F,
+    test: impl DepthTest,
+    tiny: Tiny,
+    width: usize,
+    plane: DepthPlane,
+) -> u64 {
+    let (mut passed, mut row) = ([0; 4], tiny.first_row());
+    for y in tiny.y..tiny.y + tiny.rows {
+        let depths = target.run(tiny.x, y, width).depth;
+        if let Some(window) = depths.first_chunk_mut() {
+            test_tiny(test, window, (&tiny, row), &plane, WINDOW, &mut passed);
+        } else {
+            // Less than a window, of a narrow framebuffer or a miserly one, is drawn to through one of our own.
+            let mut window = [F::Depth::from_depth(0.0); WINDOW];
+            let lent = copy(&mut window, depths);
+            test_tiny(test, &mut window, (&tiny, row), &plane, lent, &mut passed);
+            copy(depths, &window);
+        }
+        row = tiny.next_row(row);
+    }
+    passed.iter().map(|&lane| u64::from(lane)).sum()
 }
 
 /// Tests and writes the depths of a tiny triangle's row, `lent` of which are there.

@@ -29,7 +29,7 @@ use crate::packet::{NARROW, PACKET, Packet, RAMP, copy, copy_windows, place_of, 
 use crate::plane::DepthPlane;
 use crate::setup::Setup;
 use crate::state::Statistics;
-use crate::target::{Borders, Framebuffer};
+use crate::target::{Block, Borders, Framebuffer};
 use crate::tiny::{ROWS, Tiny, WINDOW, is_tiny};
 use crate::traverse::{LANES, Rows, Solver};
 
@@ -281,6 +281,14 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) {
         let Packet { colors, depths, discarded, places, .. } = packet;
+        if let &Work::Tiny(place, len) = work {
+            let Some(places) = places.get(..len) else { return };
+            self.for_each_place(place, places, |i, &mut color, &mut depth| {
+                if discarded.get(i) == Some(&1) {
+                    (colors[i], depths[i]) = (color, depth);
+                }
+            });
+        }
         // By the very runs that they are written by: of what is lent for another, nothing is known.
         let mut restore = |begin: usize, len: usize, (x, y): (i32, i32), asked: usize| {
             let run = self.target.run(x, y, asked);
@@ -291,12 +299,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
         };
         match work {
-            &Work::Tiny((x, y), len) => {
-                for (at, &place) in places.iter().enumerate().take(len) {
-                    let (dx, dy) = place_of(place);
-                    restore(at, 1, (x + dx, y + dy), 1);
-                }
-            }
+            Work::Tiny(..) => {}
             Work::Rows(_, band, at) if at.gathered.is_empty() => {
                 if Self::MAY_READ {
                     restore(0, len, (at.x + begin as i32, band.y + at.lane as i32), asked);
@@ -367,63 +370,101 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
 
     /// Finds the fragments of a tiny triangle that pass the depth test: of each eight rows, a bit each, eight a row.
     #[inline(always)]
-    fn test_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &DepthPlane) -> [u64; ROWS / LANES] {
-        let room = WINDOW.min((self.target_area.right - tiny.x) as usize);
-        let (mut found, mut at, mut row) = ([0; ROWS / LANES], tiny.first_row(), 0);
+    fn test_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &DepthPlane) -> [u64; 2] {
+        if tiny.rows <= 0 {
+            return [0; 2];
+        }
+        let width = tiny.width(self.target_area);
+        let (mut found, mut row, mut number, mut at) = ([0; 2], tiny.first_row(), 0, 0);
+        let Some(Block { color, depth, stride }) =
+            self.target.block(tiny.x, tiny.y, width, tiny.rows as usize)
+        else {
+            return test_by_runs(self.target, self.test, *tiny, width, *plane);
+        };
+        let len = color.len().min(depth.len());
+        let (Some(color), Some(depth)) = (color.get(..len), depth.get(..len)) else { return found };
         for found in &mut found {
-            let last = tiny.rows.min(row + LANES as i32);
+            let last = tiny.rows.min(number + LANES as i32);
             let mut shift = 0;
-            while row < last {
-                let run = self.target.run(tiny.x, tiny.y + row, room);
-                let lanes = match (run.color.first_chunk::<WINDOW>(), run.depth.first_chunk()) {
-                    (Some(colors), Some(depths)) => {
-                        if !BLENDS {
-                            // Its cache line, which is about to be written, comes while depth is tested.
-                            black_box(colors[0]);
-                        }
-                        tiny.chosen::<_, N>(at, plane, self.test, depths)
-                    }
-                    _ => {
-                        // Less than a window, of a narrow framebuffer or a miserly one, is tested in one of our own.
-                        let run = self.target.run(tiny.x, tiny.y + row, room);
-                        let mut depths = [F::Depth::from_depth(0.0); WINDOW];
-                        let lent = copy(&mut depths, run.depth).min(run.color.len());
-                        tiny.chosen::<_, N>(at, plane, self.test, &depths) & ((1 << lent) - 1)
-                    }
+            while number < last {
+                let (Some(colors), Some(depths)) = (
+                    color.get(at..at + WINDOW),
+                    depth.get(at..at + WINDOW).and_then(<[_]>::first_chunk),
+                ) else {
+                    return test_by_runs(self.target, self.test, *tiny, width, *plane);
                 };
-                *found |= u64::from(lanes) << shift;
-                at = tiny.next_row(at);
-                (row, shift) = (row + 1, shift + WINDOW);
+                if !BLENDS {
+                    // Its cache line, which is about to be written, comes while depth is tested.
+                    black_box(colors[0]);
+                }
+                *found |= u64::from(tiny.chosen::<_, N>(row, plane, self.test, depths)) << shift;
+                (row, at) = (tiny.next_row(row), at + stride);
+                (number, shift) = (number + 1, shift + WINDOW);
             }
         }
         found
     }
 
-    /// Reads the colours that a tiny triangle is blended with.
+    /// Visits pixels of a tiny triangle, whose places are counted from (x, y): with their numbers.
     #[inline(always)]
-    fn read_tiny(&mut self, tiny: &Tiny, len: usize, packet: &mut Packet<'_, F::Color, F::Depth>) {
-        for (&place, to) in packet.places.iter().zip(packet.colors.iter_mut()).take(len) {
-            let (dx, dy) = place_of(place);
-            if let Some(&color) = self.target.run(tiny.x + dx, tiny.y + dy, 1).color.first() {
-                *to = color;
+    fn for_each_place(
+        &mut self,
+        (x, y): (i32, i32),
+        places: &[u8],
+        mut visit: impl FnMut(usize, &mut F::Color, &mut F::Depth),
+    ) {
+        // For a pixel or two, a block is not worth asking for.
+        let block = if places.len() > 2 {
+            let Borders { right, bottom, .. } = self.target_area;
+            let (width, height) = (WINDOW.min((right - x) as usize), ROWS.min((bottom - y) as usize));
+            self.target.block(x, y, width, height)
+        } else {
+            None
+        };
+        if let Some(Block { color, depth, stride }) = block {
+            let len = color.len().min(depth.len());
+            let (Some(color), Some(depth)) = (color.get_mut(..len), depth.get_mut(..len)) else { return };
+            for (i, &place) in places.iter().enumerate() {
+                let at = usize::from(place) / WINDOW * stride + usize::from(place) % WINDOW;
+                if let (Some(color), Some(depth)) = (color.get_mut(at), depth.get_mut(at)) {
+                    visit(i, color, depth);
+                }
+            }
+        } else {
+            for (i, &place) in places.iter().enumerate() {
+                let (dx, dy) = place_of(place);
+                let run = self.target.run(x + dx, y + dy, 1);
+                if let (Some(color), Some(depth)) = (run.color.first_mut(), run.depth.first_mut()) {
+                    visit(i, color, depth);
+                }
             }
         }
     }
 
+    /// Reads the colours that a tiny triangle is blended with.
+    #[inline(always)]
+    fn read_tiny(&mut self, tiny: &Tiny, len: usize, packet: &mut Packet<'_, F::Color, F::Depth>) {
+        let Packet { places, colors, .. } = packet;
+        let Some(places) = places.get(..len) else { return };
+        self.for_each_place((tiny.x, tiny.y), places, |i, color, _| {
+            if let Some(to) = colors.get_mut(i) {
+                *to = *color;
+            }
+        });
+    }
+
     /// Writes the pixels of a tiny triangle.
     #[inline(always)]
-    fn write_tiny(&mut self, (x, y): (i32, i32), len: usize, packet: &Packet<'_, F::Color, F::Depth>) {
-        let pixels = packet.places.iter().zip(&*packet.colors).zip(&*packet.depths);
-        for ((&place, &color), &depth) in pixels.take(len) {
-            let (dx, dy) = place_of(place);
-            let run = self.target.run(x + dx, y + dy, 1);
-            if let (Some(to_color), Some(to_depth)) = (run.color.first_mut(), run.depth.first_mut()) {
+    fn write_tiny(&mut self, place: (i32, i32), len: usize, packet: &Packet<'_, F::Color, F::Depth>) {
+        let (Some(places), writes) = (packet.places.get(..len), self.test.writes()) else { return };
+        self.for_each_place(place, places, |i, to_color, to_depth| {
+            if let (Some(&color), Some(&depth)) = (packet.colors.get(i), packet.depths.get(i)) {
                 *to_color = color;
-                if self.test.writes() {
+                if writes {
                     *to_depth = depth;
                 }
             }
-        }
+        });
     }
 
     /// Reads a pixel of each cache line of a band's narrow rows, all at once: where the framebuffer is larger than the
@@ -646,6 +687,31 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         }
         Some(())
     }
+}
+
+/// Finds the fragments of a tiny triangle that pass the depth test in a framebuffer that lends no block, or one narrower
+/// than a window. (By value, so that nothing has to be in memory for the sake of this.)
+#[inline(never)]
+fn test_by_runs<F: Framebuffer>(
+    target: &mut F,
+    test: impl DepthTest,
+    tiny: Tiny,
+    width: usize,
+    plane: DepthPlane,
+) -> [u64; 2] {
+    let (mut found, mut row) = ([0; 2], tiny.first_row());
+    for number in 0..tiny.rows as usize {
+        let run = target.run(tiny.x, tiny.y + number as i32, width);
+        // Less than a window, of a narrow framebuffer or a miserly one, is tested in one of our own.
+        let mut depths = [F::Depth::from_depth(0.0); WINDOW];
+        let lent = copy(&mut depths, run.depth).min(run.color.len());
+        let chosen = tiny.chosen::<_, WINDOW>(row, &plane, test, &depths) & ((1 << lent) - 1);
+        if let Some(found) = found.get_mut(number / 8) {
+            *found |= u64::from(chosen) << (number % 8 * WINDOW);
+        }
+        row = tiny.next_row(row);
+    }
+    found
 }
 
 /// How many of some neighbouring fragments pass the depth test. Their depths are clamped only if they have to be.

