@@ -4,7 +4,7 @@
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
-use glam::{Vec2, Vec4};
+use glam::{Mat4, Vec4};
 
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Sample, Shading};
@@ -49,11 +49,11 @@ pub(crate) fn place_of(place: u8) -> (i32, i32) {
 pub(crate) const PLACES: usize = WINDOW * ROWS + 4;
 
 /// Column and row of each of eight times eight lanes, and of none.
-const OFFSETS: [Vec2; 65] = {
-    let mut offsets = [Vec2::ZERO; 65];
+const OFFSETS: [Vec4; 65] = {
+    let mut offsets = [Vec4::ZERO; 65];
     let mut lane = 0;
     while lane < 64 {
-        offsets[lane] = Vec2::new((lane % WINDOW) as f32, (lane / WINDOW) as f32);
+        offsets[lane] = Vec4::new((lane % WINDOW) as f32, (lane / WINDOW) as f32, 0.0, 0.0);
         lane += 1;
     }
     offsets
@@ -87,6 +87,9 @@ impl<C, D> Packet<'_, C, D> {
         shading: &Shading<'_, V>,
         plane: &DepthPlane,
     ) -> usize {
+        if chosen == 0 {
+            return filled;
+        }
         let (mut at, end) = (filled, filled + chosen.count_ones() as usize);
         while at < end {
             let (Some(places), Some(x), Some(y)) =
@@ -94,7 +97,7 @@ impl<C, D> Packet<'_, C, D> {
             else {
                 break;
             };
-            let mut offsets = [Vec2::ZERO; 4];
+            let mut offsets = [Vec4::ZERO; 4];
             for i in 0..4 {
                 // Which lanes are chosen, no predictor can tell: the next one is found without a branch.
                 let lane = chosen.trailing_zeros();
@@ -105,7 +108,8 @@ impl<C, D> Packet<'_, C, D> {
                 (x[i], y[i]) = (tiny.x.wrapping_add(place.0), tiny.y.wrapping_add(place.1));
             }
             let [a, b, c, d] = offsets;
-            let offset = (Vec4::new(a.x, b.x, c.x, d.x), Vec4::new(a.y, b.y, c.y, d.y) + first as f32);
+            let offsets = Mat4::from_cols(a, b, c, d).transpose();
+            let offset = (offsets.x_axis, offsets.y_axis + first as f32);
             let ([p, q, sum, l, m], z) = tiny.samples(offset, shading, plane);
             put_four(self.p, at, p);
             put_four(self.q, at, q);

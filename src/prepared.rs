@@ -317,7 +317,7 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
         if self.fan.is_none() {
             return Some(values);
         }
-        self.values = Some(at_corners(piece, *values, history));
+        self.values = Some(at_corners((piece.setup.order(), piece.identity.provoking), *values, history));
         self.values.as_ref()
     }
 }

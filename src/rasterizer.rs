@@ -601,27 +601,37 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
     fn varyings(&mut self, piece: &Piece, history: Option<&History>) -> Option<&[A::Value; 3]> {
         let order = if self.fan.is_some() { [0, 1, 2] } else { piece.setup.order() };
         let [i, j, k] = reorder(piece.vertices, order);
-        let (a, b, c) = (self.varyings.fetch(i)?, self.varyings.fetch(j)?, self.varyings.fetch(k)?);
+        let varyings = &self.varyings;
         // One by one into the place where they stay.
-        match &mut self.values {
-            Some(values) => (values[0], values[1], values[2]) = (a, b, c),
-            None => self.values = Some([a, b, c]),
-        }
+        let values = match &mut self.values {
+            Some(values) => {
+                values[0] = varyings.fetch(i)?;
+                values[1] = varyings.fetch(j)?;
+                values[2] = varyings.fetch(k)?;
+                values
+            }
+            none => none.insert([varyings.fetch(i)?, varyings.fetch(j)?, varyings.fetch(k)?]),
+        };
         if self.fan.is_some() {
-            self.values = Some(at_corners(piece, [a, b, c], history));
+            *values = at_corners((piece.setup.order(), piece.identity.provoking), *values, history);
         }
-        self.values.as_ref()
+        Some(values)
     }
 }
 
-/// The values at the corners of a piece of a clipped triangle, from those at the caller's vertices.
+/// The values at the corners of a piece of a clipped triangle, from those at the caller's vertices. (It gets no more of the
+/// piece than it needs: a reference to that would keep all of it in memory.)
 #[cold]
-pub(crate) fn at_corners<V: Varyings>(piece: &Piece, values: [V; 3], history: Option<&History>) -> [V; 3] {
+pub(crate) fn at_corners<V: Varyings>(
+    (order, provoking): ([u8; 3], u8),
+    values: [V; 3],
+    history: Option<&History>,
+) -> [V; 3] {
     let values = match history {
-        Some(history) => history.interpolate(&values, piece.identity.provoking),
+        Some(history) => history.interpolate(&values, provoking),
         None => values,
     };
-    reorder(values, piece.setup.order())
+    reorder(values, order)
 }
 
 impl<'a, A: Attributes<Value = Vec4>> Projected<'a, A> {
