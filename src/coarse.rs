@@ -12,7 +12,7 @@
 use glam::Vec4;
 
 use crate::depth::{CompareOp, DepthFormat, DepthTest};
-use crate::plane::DepthPlane;
+use crate::plane::RowPlane;
 use crate::target::{Absent, Block, Bounds, DOMAIN, Framebuffer, Rect, Run, Surface, SurfaceError};
 use crate::tiny::{COLUMNS, NEGATIVE};
 
@@ -129,7 +129,13 @@ impl<F: Framebuffer> Framebuffer for CoarseDepth<'_, F> {
     }
 
     #[inline(always)]
-    fn block(&mut self, x: i32, y: i32, width: usize, height: usize) -> Option<Block<'_, F::Color, F::Depth>> {
+    fn block(
+        &mut self,
+        x: i32,
+        y: i32,
+        width: usize,
+        height: usize,
+    ) -> Option<Block<'_, F::Color, F::Depth>> {
         self.target.block(x, y, width, height)
     }
 
@@ -168,7 +174,7 @@ pub(crate) struct Coarse {
 /// A triangle's depth on a row.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DepthRow<'a> {
-    pub(crate) plane: &'a DepthPlane,
+    pub(crate) plane: &'a RowPlane,
     pub(crate) y: i32,
     /// At this column.
     pub(crate) z: f32,

@@ -9,7 +9,7 @@ use crate::coarse::{Coarse, DepthRow, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::minute::Minute;
 use crate::packet::{copy, store};
-use crate::plane::DepthPlane;
+use crate::plane::{DepthPlane, RowPlane};
 use crate::setup::Setup;
 use crate::target::{Block, Borders, Framebuffer};
 use crate::tiny::{Row, Tiny, WINDOW, is_tiny};
@@ -44,6 +44,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
             return self.draw_tiny(&Tiny::new(setup, self.target_area, self.render_area), plane);
         }
         let (area, bounds, solver) = (self.render_area, setup.borders(), Solver::new(setup));
+        let plane = &RowPlane::new(*plane, setup);
         let (left, right) = (area.left, area.right);
         let (mut top, bottom) = (area.top.max(bounds.top), area.bottom.min(bounds.bottom));
         let mut passed = Passed::default();
@@ -127,15 +128,16 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
         if tiny.rows <= 0 {
             return 0;
         }
-        let (mut passed, mut row, mut at) = ([0; 4], tiny.first_row(), 0);
         let (width, height) = (tiny.width(self.target_area), tiny.rows as usize);
-        let Some(Block { depth, stride, .. }) = self.target.block(tiny.x, tiny.y, width, height) else {
-            return draw_by_runs(self.target, self.test, *tiny, width, *plane);
+        let (depth, stride) = match self.target.block(tiny.x, tiny.y, width, height) {
+            Some(Block { depth, stride, .. }) if depth.len() >= (height - 1) * stride + WINDOW => {
+                (depth, stride)
+            }
+            _ => return draw_by_runs(self.target, self.test, *tiny, width, *plane),
         };
-        for _ in 0..tiny.rows {
-            let Some(window) = depth.get_mut(at..at + WINDOW).and_then(<[_]>::first_chunk_mut) else {
-                return draw_by_runs(self.target, self.test, *tiny, width, *plane);
-            };
+        let (mut passed, mut row, mut at) = ([0; 4], tiny.first_row(), 0);
+        for _ in 0..height {
+            let Some(window) = depth.get_mut(at..at + WINDOW).and_then(<[_]>::first_chunk_mut) else { break };
             test_tiny(self.test, window, (tiny, row), plane, WINDOW, &mut passed);
             (row, at) = (tiny.next_row(row), at + stride);
         }
@@ -143,8 +145,8 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
     }
 }
 
-/// Draws a tiny triangle into a framebuffer that lends no block, or one narrower than a window. (By value, so that nothing
-/// has to be in memory for the sake of this.)
+/// Draws a tiny triangle into a framebuffer that lends no block, or one narrower than a window. Gives how many fragments
+/// passed. (By value, so that nothing has to be in memory for the sake of this.)
 #[inline(never)]
 fn draw_by_runs<F: Framebuffer>(
     target: &mut F,
@@ -220,7 +222,7 @@ fn test_window<D: DepthFormat, const N: usize>(
     test: impl DepthTest,
     depths: &mut [D; N],
     len: i32,
-    plane: &DepthPlane,
+    plane: &RowPlane,
     (z, dx): (f32, f32),
     passed: &mut [u32; N],
 ) {

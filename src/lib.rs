@@ -116,7 +116,9 @@ pub use project::{Positions, Projected, ProjectedVertex, SUBPIXELS};
 pub use rasterizer::{DrawError, Rasterizer};
 pub use setup::{Coverage, Setup};
 pub use state::{CullMode, FrontFace, ProvokingVertex, Statistics};
-pub use target::{Absent, Bands, Block, Bounds, EXTENT, Framebuffer, Plane, Rect, Run, Surface, SurfaceError};
+pub use target::{
+    Absent, Bands, Block, Bounds, EXTENT, Framebuffer, Plane, Rect, Run, Surface, SurfaceError,
+};
 pub use tiles::{Grid, GridError, TileSurfaces};
 pub use traverse::Span;
 pub use vertex::{Attribute, Attributes, Computed};

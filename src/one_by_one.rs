@@ -12,7 +12,7 @@ use crate::fan::{History, piece_of, project_piece, settle};
 use crate::fragment::{Fragment, Identity, Shading, reorder};
 use crate::geometry::Facing;
 use crate::interpolate::Varyings;
-use crate::plane::DepthPlane;
+use crate::plane::{DepthPlane, RowPlane};
 use crate::primitive::{Index, Triangle, Triangles};
 use crate::project::{Positions, ProjectedVertex, Projector, is_invalid};
 use crate::setup::{ORDERS, Setup, sample_bounds, signed_area2};
@@ -286,7 +286,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
         if is_tiny(setup) {
             return self.draw_tiny(setup, bounds, shading, &plane);
         }
-        let step = shading.step_x();
+        let (step, plane) = (shading.step_x(), RowPlane::new(plane, setup));
         let compact = Compact::new(setup, bounds);
         let (mut covered, mut hidden, mut discarded) = (0usize, 0usize, 0usize);
         while y < bottom {

@@ -9,8 +9,8 @@ use glam::{Mat4, Vec4};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Sample, Shading};
 use crate::interpolate::Varyings;
-use crate::plane::DepthPlane;
-use crate::tiny::{COLUMNS, ROWS, Tiny, WINDOW};
+use crate::plane::{DepthPlane, RowPlane};
+use crate::tiny::{COLUMNS, HALF, ROWS, Tiny, WINDOW};
 use crate::traverse::HAS_FLOAT_LANES;
 
 /// How many fragments are in flight: enough for SIMD to be worth its overhead, and little enough for the first-level
@@ -48,11 +48,11 @@ pub(crate) fn place_of(place: u8) -> (i32, i32) {
 /// Room for the most fragments of a tiny triangle, of which four are added at a time.
 pub(crate) const PLACES: usize = WINDOW * ROWS + 4;
 
-/// Column and row of each of eight times eight lanes, and of none.
-const OFFSETS: [Vec4; 65] = {
-    let mut offsets = [Vec4::ZERO; 65];
+/// Column and row of each lane of half a tiny triangle's windows, and of none. (Four numbers: so they are loaded at once.)
+const OFFSETS: [Vec4; WINDOW * HALF + 1] = {
+    let mut offsets = [Vec4::ZERO; WINDOW * HALF + 1];
     let mut lane = 0;
-    while lane < 64 {
+    while lane < WINDOW * HALF {
         offsets[lane] = Vec4::new((lane % WINDOW) as f32, (lane / WINDOW) as f32, 0.0, 0.0);
         lane += 1;
     }
@@ -75,22 +75,21 @@ impl<C, D> Packet<'_, C, D> {
         }
     }
 
-    /// Adds the fragments of eight rows of a tiny triangle, from row `first` on, to `filled` others: a bit for each lane of
-    /// each row that is chosen. Gives how many there are then. Four at a time are worked out, so what follows is
-    /// overwritten.
+    /// Adds those lanes of a tiny triangle's windows, of rows from `first` on, to `filled` fragments. Gives how many there
+    /// are then. Four at a time are worked out, so what follows is overwritten.
     #[inline(always)]
-    pub(crate) fn put_rows<V: Varyings>(
+    pub(crate) fn put_lanes<V: Varyings>(
         &mut self,
         filled: usize,
-        (mut chosen, first): (u64, usize),
+        (mut lanes, first): (u64, usize),
         tiny: &Tiny,
         shading: &Shading<'_, V>,
         plane: &DepthPlane,
     ) -> usize {
-        if chosen == 0 {
+        if lanes == 0 {
             return filled;
         }
-        let (mut at, end) = (filled, filled + chosen.count_ones() as usize);
+        let (mut at, end) = (filled, filled + lanes.count_ones() as usize);
         while at < end {
             let (Some(places), Some(x), Some(y)) =
                 (self.places.get_mut(at..at + 4), self.x.get_mut(at..at + 4), self.y.get_mut(at..at + 4))
@@ -99,9 +98,9 @@ impl<C, D> Packet<'_, C, D> {
             };
             let mut offsets = [Vec4::ZERO; 4];
             for i in 0..4 {
-                // Which lanes are chosen, no predictor can tell: the next one is found without a branch.
-                let lane = chosen.trailing_zeros();
-                chosen &= chosen.wrapping_sub(1);
+                // Which lanes they are, no predictor can tell: the next one is found without a branch.
+                let lane = lanes.trailing_zeros();
+                lanes &= lanes.wrapping_sub(1);
                 offsets[i] = OFFSETS[lane as usize];
                 places[i] = (WINDOW * first) as u8 + lane as u8;
                 let place = place_of(places[i]);
@@ -133,7 +132,7 @@ impl<C, D> Packet<'_, C, D> {
         (base, step): (Sample, Sample),
         (x, y): (i32, i32),
         (z_base, dx): (f32, f32),
-        plane: &DepthPlane,
+        plane: &RowPlane,
         test: impl DepthTest,
         old: &[D],
     ) -> Option<u32>
@@ -184,7 +183,7 @@ impl<C, D> Packet<'_, C, D> {
         (base, step): (Sample, Sample),
         (x, y): (i32, i32),
         (z_base, dx): (f32, f32),
-        plane: &DepthPlane,
+        plane: &RowPlane,
         test: impl DepthTest,
         old: &[D],
     ) -> u32

@@ -15,8 +15,6 @@ pub(crate) struct DepthPlane {
     /// At corner 2; and what corners 0 and 1 have more, each divided by twice the area.
     z: f32,
     more: [f32; 2],
-    /// Change by a pixel to the right.
-    step_x: f32,
     low: f32,
     high: f32,
 }
@@ -27,11 +25,9 @@ impl DepthPlane {
         let [p, q, r] = each(setup.corners(), |corner| corner.depth());
         let inv_area2 = 1.0 / to_f32(setup.area2());
         let more = [(p - r) * inv_area2, (q - r) * inv_area2];
-        let [edge_0, edge_1, _] = each(setup.edges(), |edge| edge.slope());
-        let step = |i: usize| edge_0[i] as f32 * 256.0 * more[0] + edge_1[i] as f32 * 256.0 * more[1];
         let mut z = r;
         if bias != DepthBias::default() {
-            let (dx, dy) = (step(0).abs(), step(1).abs());
+            let (dx, dy) = (step(setup, more, 0).abs(), step(setup, more, 1).abs());
             let larger = |a: f32, b: f32| if a > b { a } else { b };
             z += bias.of(larger(dx, dy), D::resolution(larger(larger(p, q), r)));
             // A bias may be infinite or no number. Without this, so would be depths, which not all SIMD clamps alike.
@@ -39,7 +35,7 @@ impl DepthPlane {
         }
         // Nor do they agree on −0: neither this nor a sum that starts with it is.
         z += 0.0;
-        Self { z, more, step_x: step(0), low, high }
+        Self { z, more, low, high }
     }
 
     /// Where the first two edge functions are these.
@@ -58,38 +54,6 @@ impl DepthPlane {
     #[inline(always)]
     pub(crate) fn at(&self, [e0, e1]: [Vec4; 2]) -> Vec4 {
         self.clamp_four(Vec4::splat(self.z) + e0 * self.more[0] + e1 * self.more[1])
-    }
-
-    /// Change by a pixel to the right.
-    #[inline(always)]
-    pub(crate) fn step_x(&self) -> f32 {
-        self.step_x
-    }
-
-    /// Whether it is inside the depth range `dx` columns right of where it is `z`. Depth is monotonic along a row,
-    /// roundings and all: where both ends are inside, all between them are.
-    #[inline(always)]
-    pub(crate) fn contains(&self, z: f32, dx: f32) -> bool {
-        self.holds(z + self.step_x * dx)
-    }
-
-    /// `dx` columns right of where it is `z`, inside the depth range.
-    #[inline(always)]
-    pub(crate) fn moved(&self, z: f32, dx: f32) -> f32 {
-        self.clamp(z + self.step_x * dx)
-    }
-
-    /// [`moved`](Self::moved), or without a clamp where none is needed: see [`contains`](Self::contains).
-    #[inline(always)]
-    pub(crate) fn moved_within<const CLAMPS: bool>(&self, z: f32, dx: f32) -> f32 {
-        let z = z + self.step_x * dx;
-        if CLAMPS { self.clamp(z) } else { z }
-    }
-
-    /// [`moved`](Self::moved) for four.
-    #[inline(always)]
-    pub(crate) fn moved_four(&self, z: f32, dx: Vec4) -> Vec4 {
-        self.clamp_four(Vec4::splat(z) + dx * self.step_x)
     }
 
     /// Inside the depth range.
@@ -113,5 +77,64 @@ impl DepthPlane {
     fn holds(&self, z: f32) -> bool {
         let low = self.low.to_bits();
         z.to_bits().wrapping_sub(low) <= self.high.to_bits().wrapping_sub(low)
+    }
+}
+
+/// Change of depth by a pixel to the right, or down, of a triangle where it changes by this with edges 0 and 1.
+#[inline(always)]
+fn step(setup: &Setup, more: [f32; 2], axis: usize) -> f32 {
+    let [edge_0, edge_1, _] = each(setup.edges(), |edge| edge.slope());
+    edge_0[axis] as f32 * 256.0 * more[0] + edge_1[axis] as f32 * 256.0 * more[1]
+}
+
+/// The depth of a triangle that is drawn in rows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RowPlane {
+    plane: DepthPlane,
+    step_x: f32,
+}
+
+impl RowPlane {
+    #[inline(always)]
+    pub(crate) fn new(plane: DepthPlane, setup: &Setup) -> Self {
+        Self { plane, step_x: step(setup, plane.more, 0) }
+    }
+
+    /// Where the first two edge functions are these.
+    #[inline(always)]
+    pub(crate) fn at_edges(&self, e0: f32, e1: f32) -> f32 {
+        self.plane.at_edges(e0, e1)
+    }
+
+    /// Change by a pixel to the right.
+    #[inline(always)]
+    pub(crate) fn step_x(&self) -> f32 {
+        self.step_x
+    }
+
+    /// Whether it is inside the depth range `dx` columns right of where it is `z`. Depth is monotonic along a row,
+    /// roundings and all: where both ends are inside, all between them are.
+    #[inline(always)]
+    pub(crate) fn contains(&self, z: f32, dx: f32) -> bool {
+        self.plane.holds(z + self.step_x * dx)
+    }
+
+    /// `dx` columns right of where it is `z`, inside the depth range.
+    #[inline(always)]
+    pub(crate) fn moved(&self, z: f32, dx: f32) -> f32 {
+        self.plane.clamp(z + self.step_x * dx)
+    }
+
+    /// [`moved`](Self::moved), or without a clamp where none is needed: see [`contains`](Self::contains).
+    #[inline(always)]
+    pub(crate) fn moved_within<const CLAMPS: bool>(&self, z: f32, dx: f32) -> f32 {
+        let z = z + self.step_x * dx;
+        if CLAMPS { self.plane.clamp(z) } else { z }
+    }
+
+    /// [`moved`](Self::moved) for four.
+    #[inline(always)]
+    pub(crate) fn moved_four(&self, z: f32, dx: Vec4) -> Vec4 {
+        self.plane.clamp_four(Vec4::splat(z) + dx * self.step_x)
     }
 }

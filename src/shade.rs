@@ -26,11 +26,11 @@ use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::minute::Minute;
 use crate::packet::{NARROW, PACKET, Packet, RAMP, copy, copy_windows, place_of, store};
-use crate::plane::DepthPlane;
+use crate::plane::{DepthPlane, RowPlane};
 use crate::setup::Setup;
 use crate::state::Statistics;
 use crate::target::{Block, Borders, Framebuffer};
-use crate::tiny::{ROWS, Tiny, WINDOW, is_tiny};
+use crate::tiny::{HALF, Lanes, ROWS, Tiny, WINDOW, is_tiny};
 use crate::traverse::{LANES, Rows, Solver};
 
 /// What a draw's shading works with. The closure reads the colour already there if it `BLENDS`.
@@ -55,7 +55,7 @@ const CACHE_LINE: usize = 16;
 #[expect(clippy::large_enum_variant, reason = "it never moves")]
 enum Work {
     Tiny((i32, i32), usize),
-    Rows(Solver, Band, Progress),
+    Rows(Solver, RowPlane, Band, Progress),
 }
 
 /// What fragments of a triangle are made of. (A band does not hold this: nothing that is referred to from memory can stay
@@ -63,7 +63,7 @@ enum Work {
 #[derive(Clone, Copy)]
 struct Triangle<'a, V> {
     shading: &'a Shading<'a, V>,
-    plane: &'a DepthPlane,
+    plane: &'a RowPlane,
 }
 
 /// Some rows of a triangle, ready to be shaded.
@@ -84,10 +84,10 @@ struct Band {
 impl Band {
     /// Above the first rows.
     #[inline(always)]
-    fn new<V: Varyings>(setup: &Setup, triangle: Triangle<'_, V>, area: Borders) -> Self {
+    fn new<V: Varyings>(setup: &Setup, shading: &Shading<'_, V>, area: Borders) -> Self {
         let bounds = setup.borders();
         Self {
-            step: triangle.shading.step_x(),
+            step: shading.step_x(),
             rows: Rows::EMPTY,
             z: [0.0; LANES],
             y: bounds.top.max(area.top),
@@ -99,7 +99,7 @@ impl Band {
 
     /// Solves the next rows and cuts them to the area. False when there are no more.
     #[inline(always)]
-    fn solve(&mut self, solver: &Solver, plane: &DepthPlane, area: Borders) -> bool {
+    fn solve(&mut self, solver: &Solver, plane: &RowPlane, area: Borders) -> bool {
         self.y += self.count as i32;
         if self.y >= self.bottom {
             return false;
@@ -117,7 +117,7 @@ impl Band {
 
     /// Depth on a row.
     #[inline(always)]
-    fn depth<'a>(&self, plane: &'a DepthPlane, lane: usize) -> DepthRow<'a> {
+    fn depth<'a>(&self, plane: &'a RowPlane, lane: usize) -> DepthRow<'a> {
         let (z, anchor) = (self.z[lane], self.rows.anchor[lane]);
         DepthRow { plane, y: self.y + lane as i32, z, anchor }
     }
@@ -156,33 +156,33 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let triangle = Triangle { shading, plane };
         let mut work = if covered != 0 {
             let minute = Minute::new(setup, covered);
             let place = (minute.x, minute.y);
-            let len = self.fill_minute(minute, triangle, packet);
+            let len = self.fill_minute(minute, (shading, plane), packet);
             if len == 0 {
                 return;
             }
             Work::Tiny(place, len)
         } else if is_tiny(setup) {
             let tiny = Tiny::new(setup, self.target_area, self.render_area);
-            let len = self.fill_tiny(&tiny, triangle, packet);
+            let len = self.fill_tiny(&tiny, (shading, plane), packet);
             if len == 0 {
                 return;
             }
             Work::Tiny((tiny.x, tiny.y), len)
         } else {
-            let band = Band::new(setup, triangle, self.render_area);
-            Work::Rows(Solver::new(setup), band, Progress::default())
+            let band = Band::new(setup, shading, self.render_area);
+            Work::Rows(Solver::new(setup), RowPlane::new(*plane, setup), band, Progress::default())
         };
         loop {
             // What to shade: fragments `begin .. end` of the packet.
             let (begin, end) = match &mut work {
                 Work::Tiny(_, len) => (0, *len),
-                Work::Rows(solver, band, at) => match self.next_fragments(triangle, band, at, packet) {
-                    Some(range) => range,
-                    None => {
+                Work::Rows(solver, plane, band, at) => {
+                    if let Some(range) = self.next_fragments(Triangle { shading, plane }, band, at, packet) {
+                        range
+                    } else {
                         if !band.solve(solver, plane, self.render_area) {
                             return;
                         }
@@ -192,13 +192,13 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                         }
                         continue;
                     }
-                },
+                }
             };
             let asked = end - begin;
             let mut len = asked;
             // And where it goes: into the framebuffer, or into the packet's own pixels.
             let (colors, depths) = match &work {
-                Work::Rows(_, band, at) if at.gathered.is_empty() => {
+                Work::Rows(_, _, band, at) if at.gathered.is_empty() => {
                     let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, asked);
                     // Fewer if the framebuffer lends fewer.
                     len = len.min(run.color.len()).min(run.depth.len());
@@ -248,7 +248,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
             statistics.fragments += len as u64;
             statistics.samples_passed += u64::from(kept);
-            if let Work::Rows(_, _, at) = &mut work {
+            if let Work::Rows(_, _, _, at) = &mut work {
                 at.is_shaded = true;
                 at.is_discarded |= (kept as usize) < asked;
             }
@@ -258,7 +258,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
             match &mut work {
                 Work::Tiny(place, len) => return self.write_tiny(*place, *len, packet),
-                Work::Rows(_, band, at) if at.gathered.is_empty() => {
+                Work::Rows(_, _, band, at) if at.gathered.is_empty() => {
                     if Self::MAY_READ {
                         let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, asked);
                         copy(run.color, packet.colors.get(..len).unwrap_or_default());
@@ -267,7 +267,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                         }
                     }
                 }
-                Work::Rows(_, band, at) => self.write_rows(band, at, packet),
+                Work::Rows(_, _, band, at) => self.write_rows(band, at, packet),
             }
         }
     }
@@ -300,12 +300,12 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         };
         match work {
             Work::Tiny(..) => {}
-            Work::Rows(_, band, at) if at.gathered.is_empty() => {
+            Work::Rows(_, _, band, at) if at.gathered.is_empty() => {
                 if Self::MAY_READ {
                     restore(0, len, (at.x + begin as i32, band.y + at.lane as i32), asked);
                 }
             }
-            Work::Rows(_, band, at) => {
+            Work::Rows(_, _, band, at) => {
                 let mut begin = 0;
                 for lane in at.gathered.clone() {
                     let Some(&end) = at.ends.get(lane) else { break };
@@ -326,7 +326,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     fn fill_minute<V: Varyings>(
         &mut self,
         minute: Minute<'_>,
-        Triangle { shading, plane }: Triangle<'_, V>,
+        (shading, plane): (&Shading<'_, V>, &DepthPlane),
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
         let mut filled = 0;
@@ -350,17 +350,17 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     fn fill_tiny<V: Varyings>(
         &mut self,
         tiny: &Tiny,
-        Triangle { shading, plane }: Triangle<'_, V>,
+        (shading, plane): (&Shading<'_, V>, &DepthPlane),
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
-        let chosen = if tiny.is_narrow {
+        let [upper, lower] = if tiny.is_narrow {
             self.test_tiny::<4>(tiny, plane)
         } else {
             self.test_tiny::<WINDOW>(tiny, plane)
         };
         let mut filled = 0;
-        for (chosen, first) in chosen.into_iter().zip((0..).step_by(LANES)) {
-            filled = packet.put_rows(filled, (chosen, first), tiny, shading, plane);
+        for lanes in [(upper, 0), (lower, HALF)] {
+            filled = packet.put_lanes(filled, lanes, tiny, shading, plane);
         }
         if BLENDS {
             self.read_tiny(tiny, filled, packet);
@@ -368,36 +368,32 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         filled
     }
 
-    /// Finds the fragments of a tiny triangle that pass the depth test: of each eight rows, a bit each, eight a row.
+    /// The lanes of a tiny triangle's windows that are covered and pass the depth test.
     #[inline(always)]
-    fn test_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &DepthPlane) -> [u64; 2] {
-        if tiny.rows <= 0 {
-            return [0; 2];
-        }
-        let width = tiny.width(self.target_area);
+    fn test_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &DepthPlane) -> Lanes {
         let (mut found, mut row, mut number, mut at) = ([0; 2], tiny.first_row(), 0, 0);
-        let Some(Block { color, depth, stride }) =
-            self.target.block(tiny.x, tiny.y, width, tiny.rows as usize)
-        else {
+        if tiny.rows <= 0 {
+            return found;
+        }
+        let (width, height) = (tiny.width(self.target_area), tiny.rows as usize);
+        let Some(Block { color, depth, stride }) = self.target.block(tiny.x, tiny.y, width, height) else {
             return test_by_runs(self.target, self.test, *tiny, width, *plane);
         };
         let len = color.len().min(depth.len());
         let (Some(color), Some(depth)) = (color.get(..len), depth.get(..len)) else { return found };
-        for found in &mut found {
-            let last = tiny.rows.min(number + LANES as i32);
+        for (lanes, end) in found.iter_mut().zip([HALF, ROWS]) {
             let mut shift = 0;
-            while number < last {
-                let (Some(colors), Some(depths)) = (
-                    color.get(at..at + WINDOW),
-                    depth.get(at..at + WINDOW).and_then(<[_]>::first_chunk),
-                ) else {
+            while number < end.min(height) {
+                let (Some(colors), Some(depths)) =
+                    (color.get(at..at + WINDOW), depth.get(at..at + WINDOW).and_then(<[_]>::first_chunk))
+                else {
                     return test_by_runs(self.target, self.test, *tiny, width, *plane);
                 };
                 if !BLENDS {
                     // Its cache line, which is about to be written, comes while depth is tested.
                     black_box(colors[0]);
                 }
-                *found |= u64::from(tiny.chosen::<_, N>(row, plane, self.test, depths)) << shift;
+                *lanes |= u64::from(tiny.chosen::<_, N>(row, plane, self.test, depths)) << shift;
                 (row, at) = (tiny.next_row(row), at + stride);
                 (number, shift) = (number + 1, shift + WINDOW);
             }
@@ -405,7 +401,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         found
     }
 
-    /// Visits pixels of a tiny triangle, whose places are counted from (x, y): with their numbers.
+    /// Visits the pixels at some places, which are counted from (x, y), with their numbers.
     #[inline(always)]
     fn for_each_place(
         &mut self,
@@ -689,8 +685,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     }
 }
 
-/// Finds the fragments of a tiny triangle that pass the depth test in a framebuffer that lends no block, or one narrower
-/// than a window. (By value, so that nothing has to be in memory for the sake of this.)
+/// The lanes of a tiny triangle's windows that are covered and pass the depth test, in a framebuffer that lends no block, or
+/// one narrower than a window. (By value, so that nothing has to be in memory for the sake of this.)
 #[inline(never)]
 fn test_by_runs<F: Framebuffer>(
     target: &mut F,
@@ -698,18 +694,20 @@ fn test_by_runs<F: Framebuffer>(
     tiny: Tiny,
     width: usize,
     plane: DepthPlane,
-) -> [u64; 2] {
-    let (mut found, mut row) = ([0; 2], tiny.first_row());
-    for number in 0..tiny.rows as usize {
-        let run = target.run(tiny.x, tiny.y + number as i32, width);
-        // Less than a window, of a narrow framebuffer or a miserly one, is tested in one of our own.
-        let mut depths = [F::Depth::from_depth(0.0); WINDOW];
-        let lent = copy(&mut depths, run.depth).min(run.color.len());
-        let chosen = tiny.chosen::<_, WINDOW>(row, &plane, test, &depths) & ((1 << lent) - 1);
-        if let Some(found) = found.get_mut(number / 8) {
-            *found |= u64::from(chosen) << (number % 8 * WINDOW);
+) -> Lanes {
+    let (mut found, mut row, mut y) = ([0; 2], tiny.first_row(), tiny.y);
+    for lanes in &mut found {
+        for shift in (0..HALF * WINDOW).step_by(WINDOW) {
+            if y < tiny.y + tiny.rows {
+                // Less than a window, of a narrow framebuffer or a miserly one, is tested in one of our own.
+                let run = target.run(tiny.x, y, width);
+                let mut depths = [F::Depth::from_depth(0.0); WINDOW];
+                let lent = copy(&mut depths, run.depth).min(run.color.len());
+                let chosen = tiny.chosen::<_, WINDOW>(row, &plane, test, &depths) & ((1 << lent) - 1);
+                *lanes |= u64::from(chosen) << shift;
+            }
+            (row, y) = (tiny.next_row(row), y + 1);
         }
-        row = tiny.next_row(row);
     }
     found
 }
@@ -718,7 +716,7 @@ fn test_by_runs<F: Framebuffer>(
 #[inline(always)]
 fn count_passing<D: DepthFormat, const CLAMPS: bool>(
     test: impl DepthTest,
-    plane: &DepthPlane,
+    plane: &RowPlane,
     (z, dx): (f32, f32),
     old: &[D],
 ) -> u32 {

@@ -288,7 +288,13 @@ impl<F: Framebuffer + ?Sized> Framebuffer for &mut F {
     }
 
     #[inline(always)]
-    fn block(&mut self, x: i32, y: i32, width: usize, height: usize) -> Option<Block<'_, F::Color, F::Depth>> {
+    fn block(
+        &mut self,
+        x: i32,
+        y: i32,
+        width: usize,
+        height: usize,
+    ) -> Option<Block<'_, F::Color, F::Depth>> {
         (**self).block(x, y, width, height)
     }
 
@@ -594,13 +600,7 @@ impl<C: Plane, D: Plane<Item: DepthFormat>> Framebuffer for Surface<C, D> {
     }
 
     #[inline(always)]
-    fn block(
-        &mut self,
-        x: i32,
-        y: i32,
-        width: usize,
-        height: usize,
-    ) -> Option<Block<'_, C::Item, D::Item>> {
+    fn block(&mut self, x: i32, y: i32, width: usize, height: usize) -> Option<Block<'_, C::Item, D::Item>> {
         let (start, stride) = (self.place(x, y), self.stride);
         let len = height.wrapping_sub(1).wrapping_mul(stride).wrapping_add(width);
         Some(Block { color: self.color.span(start, len), depth: self.depth.span(start, len), stride })

@@ -26,6 +26,13 @@ pub(crate) const WINDOW: usize = 8;
 /// The most rows of a tiny triangle.
 pub(crate) const ROWS: usize = 16;
 
+/// Half of them: the lanes of these windows are as many as a word has bits.
+pub(crate) const HALF: usize = ROWS / 2;
+
+/// Some of the lanes of a tiny triangle's windows, a bit each from the lowest on: of the first [`HALF`] rows, and of the
+/// others.
+pub(crate) type Lanes = [u64; 2];
+
 /// Whether a triangle's fragments start from their own edge functions, and not from those at an anchor.
 #[inline(always)]
 pub(crate) fn is_tiny(setup: &Setup) -> bool {
@@ -34,7 +41,10 @@ pub(crate) fn is_tiny(setup: &Setup) -> bool {
     extent(a.x(), b.x(), c.x()) <= (WINDOW as i32) << 8 && extent(a.y(), b.y(), c.y()) <= (ROWS as i32) << 8
 }
 
-/// The edge functions at four samples of a tiny triangle's row. The third is less by what covers a sample at the least.
+/// The edge functions at four samples of a tiny triangle's row; of the third, what it has more than the least that covers.
+///
+/// Exact inside of the bounds. Beside them they may exceed 2²⁴ and be rounded, but from row to row they change by no more
+/// than 2²³ in all: one that was ever rounded keeps its sign.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
     edges: [Vec4; 3],
@@ -53,7 +63,7 @@ pub(crate) struct Tiny {
     /// How far right of the leftmost sample of the triangle's bounds the window begins.
     dx: f32,
     /// Change of each edge function by a pixel right and down, its value at the leftmost sample of the bounds in the first
-    /// row, and the least value that is covered. The fourth of each is the third again: one SIMD operation takes four.
+    /// row, and the least value that covers. The fourth of each is the third again: one SIMD operation takes four.
     a: [f32; 4],
     b: [f32; 4],
     c: [f32; 4],
@@ -122,7 +132,7 @@ impl Tiny {
     pub(crate) fn half(&self, row: Row, half: usize, plane: &DepthPlane) -> ([f32; 4], [f32; 4]) {
         let row = if half == 0 { row } else { self.next_half(row) };
         let [a, b, c] = row.edges;
-        // Edge 1 goes up: it is a left one, whose samples it covers.
+        // Edge 1 goes up, so it is a left one: 0 is enough.
         let inside = (a - self.least[0]).min(b).min(c).min(Vec4::from_array(self.may_draw[half]));
         (inside.to_array(), plane.at([a, b]).to_array())
     }
