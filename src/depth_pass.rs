@@ -130,16 +130,21 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
         }
         let (width, height) = (tiny.width(self.target_area), tiny.rows as usize);
         let (depth, stride) = match self.target.block(tiny.x, tiny.y, width, height) {
-            Some(Block { depth, stride, .. }) if depth.len() >= (height - 1) * stride + WINDOW => {
+            Some(Block { depth, stride, .. })
+                if depth.len() >= (height - 1).wrapping_mul(stride).wrapping_add(WINDOW) =>
+            {
                 (depth, stride)
             }
             _ => return draw_by_runs(self.target, self.test, *tiny, width, *plane),
         };
-        let (mut passed, mut row, mut at) = ([0; 4], tiny.first_row(), 0);
+        let (mut passed, mut row, mut at) = ([0; 4], tiny.first_row(), 0usize);
         for _ in 0..height {
-            let Some(window) = depth.get_mut(at..at + WINDOW).and_then(<[_]>::first_chunk_mut) else { break };
+            let Some(window) = depth.get_mut(at..at.wrapping_add(WINDOW)).and_then(<[_]>::first_chunk_mut)
+            else {
+                break;
+            };
             test_tiny(self.test, window, (tiny, row), plane, WINDOW, &mut passed);
-            (row, at) = (tiny.next_row(row), at + stride);
+            (row, at) = (tiny.next_row(row), at.wrapping_add(stride));
         }
         passed.iter().map(|&lane| u64::from(lane)).sum()
     }

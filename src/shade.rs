@@ -371,7 +371,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     /// The lanes of a tiny triangle's windows that are covered and pass the depth test.
     #[inline(always)]
     fn test_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &DepthPlane) -> Lanes {
-        let (mut found, mut row, mut number, mut at) = ([0; 2], tiny.first_row(), 0, 0);
+        let (mut found, mut row, mut number, mut at) = ([0; 2], tiny.first_row(), 0, 0usize);
         if tiny.rows <= 0 {
             return found;
         }
@@ -384,9 +384,10 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         for (lanes, end) in found.iter_mut().zip([HALF, ROWS]) {
             let mut shift = 0;
             while number < end.min(height) {
-                let (Some(colors), Some(depths)) =
-                    (color.get(at..at + WINDOW), depth.get(at..at + WINDOW).and_then(<[_]>::first_chunk))
-                else {
+                let (Some(colors), Some(depths)) = (
+                    color.get(at..at.wrapping_add(WINDOW)),
+                    depth.get(at..at + WINDOW).and_then(<[_]>::first_chunk),
+                ) else {
                     return test_by_runs(self.target, self.test, *tiny, width, *plane);
                 };
                 if !BLENDS {
@@ -394,7 +395,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     black_box(colors[0]);
                 }
                 *lanes |= u64::from(tiny.chosen::<_, N>(row, plane, self.test, depths)) << shift;
-                (row, at) = (tiny.next_row(row), at + stride);
+                (row, at) = (tiny.next_row(row), at.wrapping_add(stride));
                 (number, shift) = (number + 1, shift + WINDOW);
             }
         }
@@ -421,7 +422,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let len = color.len().min(depth.len());
             let (Some(color), Some(depth)) = (color.get_mut(..len), depth.get_mut(..len)) else { return };
             for (i, &place) in places.iter().enumerate() {
-                let at = usize::from(place) / WINDOW * stride + usize::from(place) % WINDOW;
+                let (column, row) = (usize::from(place) % WINDOW, usize::from(place) / WINDOW);
+                let at = row.wrapping_mul(stride).wrapping_add(column);
                 if let (Some(color), Some(depth)) = (color.get_mut(at), depth.get_mut(at)) {
                     visit(i, color, depth);
                 }

@@ -7,9 +7,9 @@ use core::cell::Cell;
 use common::{Frame, Mixed, Nowhere, Random, Record, config, effort, mixed, records_of};
 use glam::Vec4;
 use halfplane::{
-    Absent, Attribute, Attributes, ClipDepth, Computed, CullMode, Depth24, DepthBias, DepthClip, DrawError,
-    Fragment, Framebuffer, FrontFace, Less, Primitives, ProjectedVertex, ProvokingVertex, Rasterizer, Rect,
-    Run, Setup, Span, Statistics, Surface, SurfaceError, Topology, Viewport, ViewportError,
+    Absent, Attribute, Attributes, Block, ClipDepth, Computed, CullMode, Depth24, DepthBias, DepthClip,
+    DrawError, Fragment, Framebuffer, FrontFace, Less, Primitives, ProjectedVertex, ProvokingVertex,
+    Rasterizer, Rect, Run, Setup, Span, Statistics, Surface, SurfaceError, Topology, Viewport, ViewportError,
 };
 use proptest::prelude::*;
 
@@ -798,13 +798,14 @@ fn random_bits_as_vertices() {
 struct Strict {
     color: Vec<u32>,
     depth: Vec<f32>,
+    lends_blocks: bool,
 }
 
 impl Strict {
     const SIZE: u32 = 64;
 
-    fn new() -> Self {
-        Self { color: vec![0; 64 * 64], depth: vec![1.0; 64 * 64] }
+    fn new(lends_blocks: bool) -> Self {
+        Self { color: vec![0; 64 * 64], depth: vec![1.0; 64 * 64], lends_blocks }
     }
 }
 
@@ -821,6 +822,70 @@ impl Framebuffer for Strict {
         assert!(x + len <= 64 && y < 64, "{len} pixels from ({x}, {y})");
         let place = 64 * y + x..64 * y + x + len;
         Run { color: &mut self.color[place.clone()], depth: &mut self.depth[place] }
+    }
+
+    fn block(&mut self, x: i32, y: i32, width: usize, height: usize) -> Option<Block<'_, u32, f32>> {
+        let [x, y] = [x, y].map(|at| usize::try_from(at).expect("inside"));
+        assert!(width > 0 && x + width <= 64, "{width} pixels from column {x}");
+        assert!(height > 0 && y + height <= 64, "{height} rows from {y}");
+        let place = 64 * y + x..64 * (y + height - 1) + x + width;
+        let (color, depth) = (&mut self.color[place.clone()], &mut self.depth[place]);
+        self.lends_blocks.then_some(Block { color, depth, stride: 64 })
+    }
+}
+
+/// Lends blocks that are too short, by so many colours and depths; with a stride that is none if those are very many.
+struct Scant {
+    whole: Strict,
+    color_less: usize,
+    depth_less: usize,
+}
+
+impl Framebuffer for Scant {
+    type Color = u32;
+    type Depth = f32;
+
+    fn area(&self) -> Rect {
+        self.whole.area()
+    }
+
+    fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, u32, f32> {
+        self.whole.run(x, y, len)
+    }
+
+    fn block(&mut self, x: i32, y: i32, width: usize, height: usize) -> Option<Block<'_, u32, f32>> {
+        let Block { color, depth, stride } = self.whole.block(x, y, width, height)?;
+        let (color_len, depth_len) = (color.len(), depth.len());
+        Some(Block {
+            color: &mut color[..color_len.saturating_sub(self.color_less)],
+            depth: &mut depth[..depth_len.saturating_sub(self.depth_less)],
+            stride: if self.color_less > 2000 { usize::MAX } else { stride },
+        })
+    }
+}
+
+#[test]
+fn blocks_that_are_too_short_are_drawn_no_farther_than_they_go() {
+    let frame = Frame::new(64, 64);
+    let (rasterizer, mut random) = (Rasterizer::<()>::new(frame.viewport()), Random::new(2));
+    let positions: Vec<_> = (0..300)
+        .flat_map(|_| {
+            let (x, y) = (64.0 * random.unit(), 64.0 * random.unit());
+            [(); 3].map(|()| frame.at([x + 9.0 * random.unit(), y + 9.0 * random.unit()]))
+        })
+        .collect();
+    let (positions, mut whole) = (&positions[..], Strict::new(true));
+    let all = rasterizer.draw(&mut whole, Primitives::list(), positions, (), |_| 1).expect("legal");
+    for (color_less, depth_less) in [(1, 0), (0, 1), (100, 100), (0, 5000), (5000, 0), (5000, 5000)] {
+        let mut target = Scant { whole: Strict::new(true), color_less, depth_less };
+        let drawn = rasterizer.draw(&mut target, Primitives::list(), positions, (), |_| 1).expect("legal");
+        assert!(drawn.fragments >= all.fragments, "what is not drawn hides nothing");
+        let pixels = target.whole.color.iter().zip(&whole.color);
+        assert!(pixels.into_iter().all(|(&scant, &whole)| scant <= whole), "nothing but what is covered");
+        let mut target = Scant { whole: Strict::new(true), color_less, depth_less };
+        rasterizer.draw_depth(&mut target, Primitives::list(), positions).expect("legal");
+        let is_too_short = depth_less > 0 && color_less < 2000;
+        assert!(!is_too_short || target.whole.depth == whole.depth, "depth alone goes by runs then");
     }
 }
 
@@ -839,12 +904,13 @@ fn no_pixel_outside_of_the_framebuffer_is_asked_for() {
             others.extend([(); 3].map(|()| frame.at([at(x), at(y)])));
         }
     }
-    for positions in [&steep[..], &others] {
-        let mut target = Strict::new();
+    for (positions, lends_blocks) in [(&steep[..], false), (&steep, true), (&others, false), (&others, true)]
+    {
+        let mut target = Strict::new(lends_blocks);
         let checker = |fragment: Fragment<'_, ()>| ((fragment.x() ^ fragment.y()) & 1 == 0).then_some(1);
         let drawn = rasterizer.draw(&mut target, Primitives::list(), positions, (), checker);
         assert!(drawn.is_ok_and(|statistics| statistics.samples_passed > 0), "some are kept");
-        let drawn = rasterizer.draw_depth(&mut Strict::new(), Primitives::list(), positions);
+        let drawn = rasterizer.draw_depth(&mut Strict::new(lends_blocks), Primitives::list(), positions);
         assert!(drawn.is_ok_and(|statistics| statistics.samples_passed > 0), "depth");
     }
 }
@@ -859,7 +925,8 @@ fn positions_that_change_are_not_drawn_outside_of_the_framebuffer() {
             [[x, y], [x, y + 1.5], [x + 1.5, y]].map(|point| frame.at(point))
         })
         .collect();
-    for scale in [1.03, 1.5, 40.0, -1.0] {
+    for (scale, lends_blocks) in [1.03, 1.5, 40.0, -1.0].map(|scale| [(scale, false), (scale, true)]).concat()
+    {
         // Asked for the first time, every one is inside, and smaller than two pixels.
         let asked = Cell::new(0);
         let changing = Computed::new(small.len(), |i| {
@@ -867,10 +934,10 @@ fn positions_that_change_are_not_drawn_outside_of_the_framebuffer() {
             let [x, y, z, w] = small[i].to_array();
             if asked.get() <= small.len() { small[i] } else { Vec4::new(x * scale, y * scale, z, w) }
         });
-        let drawn = rasterizer.draw(&mut Strict::new(), Primitives::list(), &changing, (), |_| 1);
+        let drawn = rasterizer.draw(&mut Strict::new(lends_blocks), Primitives::list(), &changing, (), |_| 1);
         assert!(drawn.is_ok() && asked.get() > small.len(), "asked twice: {scale}");
         asked.set(0);
-        let drawn = rasterizer.draw_depth(&mut Strict::new(), Primitives::list(), changing);
+        let drawn = rasterizer.draw_depth(&mut Strict::new(lends_blocks), Primitives::list(), changing);
         assert!(drawn.is_ok(), "{scale}");
     }
 }

@@ -6,8 +6,8 @@ mod common;
 use common::{Frame, Mixed, Nowhere, Random, Record, config, mixed, records, records_of};
 use glam::Vec4;
 use halfplane::{
-    Attribute, Computed, Flat, NoPerspective, Primitives, ProjectedVertex, Rasterizer, Rect, Surface,
-    Viewport,
+    Attribute, Computed, Flat, Fragment, Framebuffer, IndexBuffer, NoPerspective, Primitives,
+    ProjectedVertex, Rasterizer, Rect, Run, Surface, Viewport,
 };
 use proptest::prelude::*;
 
@@ -15,6 +15,22 @@ const FRAME: Frame = Frame::new(48, 40);
 
 fn scene(seed: u64) -> (Vec<Vec4>, Vec<Mixed>) {
     FRAME.triangles(&mut Random::new(seed))
+}
+
+/// Lends no blocks.
+struct InRuns<F>(F);
+
+impl<F: Framebuffer> Framebuffer for InRuns<F> {
+    type Color = F::Color;
+    type Depth = F::Depth;
+
+    fn area(&self) -> Rect {
+        self.0.area()
+    }
+
+    fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, F::Color, F::Depth> {
+        self.0.run(x, y, len)
+    }
 }
 
 /// The records of a scene by triangle, then by place.
@@ -120,6 +136,59 @@ proptest! {
         }
     }
 
+    /// A framebuffer whose rows are one after the other may lend blocks or not.
+    #[test]
+    fn memory_is_the_same_in_blocks_and_in_runs(
+        seed in any::<u64>(), width in 1u32..24, height in 1u32..24, padding in 0usize..3
+    ) {
+        let random = &mut Random::new(seed);
+        let frame = Frame::new(width, height);
+        let (x, y) = (random.between(-20, 20), random.between(-20, 20));
+        let area = Rect { x, y, width, height };
+        let size = [1.5, 4.0, 12.0, 40.0][usize::try_from(random.between(0, 3)).expect("positive")];
+        let positions: Vec<Vec4> = (0..40)
+            .flat_map(|_| {
+                let mut at = |size: u32| size as f32 * 1.4 * (random.unit() - 0.2);
+                let (x, y) = (at(width), at(height));
+                [(); 3].map(|()| {
+                    let [dx, dy] = [(); 2].map(|()| size * random.unit());
+                    frame.place(x + dx, y + dy, random.unit(), 1.0 + random.unit())
+                })
+            })
+            .collect();
+        let rasterizer = Rasterizer::<()>::new(
+            Viewport::new(x as f32, y as f32, width as f32, height as f32).expect("legal")
+        );
+        let stride = width as usize + padding;
+        let draw = |in_runs: bool| {
+            let len = stride * height as usize;
+            let (mut color, mut depth) = (vec![7u32; len], vec![1.0f32; len]);
+            let target = Surface::with_planes(&mut color[..], &mut depth[..], area, stride);
+            let mut target = target.expect("it fits");
+            let mut statistics = [halfplane::Statistics::default(); 3];
+            let over = |fragment: Fragment<'_, ()>, under: u32| {
+                (fragment.primitive_index() % 3 > 0).then(|| under.wrapping_mul(31) ^ fragment.depth().to_bits())
+            };
+            let (all, some) = (Primitives::list(), Primitives::list().part(0, 20));
+            let depth_alone = rasterizer.with_depth_test(halfplane::LessOrEqual);
+            if in_runs {
+                let target = &mut InRuns(target);
+                statistics[0] = rasterizer.draw_over(target, some, &positions[..], (), over).expect("legal");
+                statistics[1] = depth_alone.draw_depth(target, all, &positions[..]).expect("legal");
+                statistics[2] = depth_alone.draw(target, all, &positions[..], (), |_| 5).expect("legal");
+            } else {
+                statistics[0] = rasterizer.draw_over(&mut target, some, &positions[..], (), over).expect("legal");
+                statistics[1] = depth_alone.draw_depth(&mut target, all, &positions[..]).expect("legal");
+                statistics[2] = depth_alone.draw(&mut target, all, &positions[..], (), |_| 5).expect("legal");
+            }
+            (color, depth.iter().map(|depth| depth.to_bits()).collect::<Vec<_>>(), statistics)
+        };
+        let (blocks, runs) = (draw(false), draw(true));
+        prop_assert_eq!(&blocks, &runs);
+        let padded = blocks.0.chunks(stride).all(|row| row[width as usize..].iter().all(|&color| color == 7));
+        prop_assert!(padded, "what lies between rows stays");
+    }
+
     /// All six orders of a triangle's vertices: the same samples, depths, values and derivatives, and the same weights in
     /// another order. (Of triangles that are not clipped.)
     #[test]
@@ -200,6 +269,8 @@ proptest! {
         prop_assert_eq!(&records(&rasterizer, target, list.indexed(&bytes), p, v), &expected, "u8");
         prop_assert_eq!(&records(&rasterizer, target, list.indexed(&shorts), p, v), &expected, "u16");
         prop_assert_eq!(&records(&rasterizer, target, list.indexed(&words), p, v), &expected, "u32");
+        let buffer = IndexBuffer::new(&words[..]);
+        prop_assert_eq!(&records(&rasterizer, target, list.indexed_by(&buffer), p, v), &expected, "buffer");
 
         // Projected beforehand, into more room than needed.
         let mut room = [ProjectedVertex::default(); 60];
