@@ -9,7 +9,7 @@ use crate::coarse::{Coarse, DepthRow, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::minute::Minute;
 use crate::packet::{copy, store};
-use crate::plane::{DepthPlane, RowPlane};
+use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::setup::Setup;
 use crate::target::{Block, Borders, Framebuffer};
 use crate::tiny::{Row, Tiny, WINDOW, is_tiny};
@@ -138,12 +138,13 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
             _ => return draw_by_runs(self.target, self.test, *tiny, width, *plane),
         };
         let (mut passed, mut row, mut at) = ([0; 4], tiny.first_row(), 0usize);
+        let plane = plane.in_lanes();
         for _ in 0..height {
             let Some(window) = depth.get_mut(at..at.wrapping_add(WINDOW)).and_then(<[_]>::first_chunk_mut)
             else {
                 break;
             };
-            test_tiny(self.test, window, (tiny, row), plane, WINDOW, &mut passed);
+            test_tiny(self.test, window, (tiny, row), &plane, WINDOW, &mut passed);
             (row, at) = (tiny.next_row(row), at.wrapping_add(stride));
         }
         passed.iter().map(|&lane| u64::from(lane)).sum()
@@ -160,7 +161,7 @@ fn draw_by_runs<F: Framebuffer>(
     width: usize,
     plane: DepthPlane,
 ) -> u64 {
-    let (mut passed, mut row) = ([0; 4], tiny.first_row());
+    let (mut passed, mut row, plane) = ([0; 4], tiny.first_row(), plane.in_lanes());
     for y in tiny.y..tiny.y + tiny.rows {
         let depths = target.run(tiny.x, y, width).depth;
         if let Some(window) = depths.first_chunk_mut() {
@@ -183,7 +184,7 @@ fn test_tiny<D: DepthFormat>(
     test: impl DepthTest,
     depths: &mut [D; WINDOW],
     (tiny, row): (&Tiny, Row),
-    plane: &DepthPlane,
+    plane: &LanePlane,
     lent: usize,
     passed: &mut [u32; 4],
 ) {

@@ -9,7 +9,7 @@ use glam::{Mat4, Vec4};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Sample, Shading};
 use crate::interpolate::Varyings;
-use crate::plane::{DepthPlane, RowPlane};
+use crate::plane::{LanePlane, RowPlane};
 use crate::tiny::{COLUMNS, HALF, ROWS, Tiny, WINDOW};
 use crate::traverse::HAS_FLOAT_LANES;
 
@@ -84,7 +84,7 @@ impl<C, D> Packet<'_, C, D> {
         (mut lanes, first): (u64, usize),
         tiny: &Tiny,
         shading: &Shading<'_, V>,
-        plane: &DepthPlane,
+        plane: &LanePlane,
     ) -> usize {
         if lanes == 0 {
             return filled;

@@ -50,10 +50,16 @@ impl DepthPlane {
         self.clamp(self.at_edges(e0, e1))
     }
 
-    /// At four samples where the first two edge functions are these, inside the depth range.
+    /// The same for four samples at a time.
     #[inline(always)]
-    pub(crate) fn at(&self, [e0, e1]: [Vec4; 2]) -> Vec4 {
-        self.clamp_four(Vec4::splat(self.z) + e0 * self.more[0] + e1 * self.more[1])
+    pub(crate) fn in_lanes(&self) -> LanePlane {
+        let [more_0, more_1] = self.more;
+        LanePlane {
+            z: Vec4::splat(self.z),
+            more: [Vec4::splat(more_0), Vec4::splat(more_1)],
+            low: Vec4::splat(self.low),
+            high: Vec4::splat(self.high),
+        }
     }
 
     /// Inside the depth range.
@@ -77,6 +83,24 @@ impl DepthPlane {
     fn holds(&self, z: f32) -> bool {
         let low = self.low.to_bits();
         z.to_bits().wrapping_sub(low) <= self.high.to_bits().wrapping_sub(low)
+    }
+}
+
+/// A triangle's depth at four samples at a time. (Made once for each triangle: from a plane in memory, which the depths that
+/// are written might be part of for all that a compiler knows, it would be made again for each row.)
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LanePlane {
+    z: Vec4,
+    more: [Vec4; 2],
+    low: Vec4,
+    high: Vec4,
+}
+
+impl LanePlane {
+    /// Where the first two edge functions are these, inside the depth range.
+    #[inline(always)]
+    pub(crate) fn at(&self, [e0, e1]: [Vec4; 2]) -> Vec4 {
+        (self.z + e0 * self.more[0] + e1 * self.more[1]).max(self.low).min(self.high)
     }
 }
 

@@ -26,7 +26,7 @@ use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::minute::Minute;
 use crate::packet::{NARROW, PACKET, Packet, RAMP, copy, copy_windows, place_of, store};
-use crate::plane::{DepthPlane, RowPlane};
+use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::setup::Setup;
 use crate::state::Statistics;
 use crate::target::{Block, Borders, Framebuffer};
@@ -353,6 +353,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         (shading, plane): (&Shading<'_, V>, &DepthPlane),
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
+        let plane = &plane.in_lanes();
         let [upper, lower] = if tiny.is_narrow {
             self.test_tiny::<4>(tiny, plane)
         } else {
@@ -370,7 +371,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
 
     /// The lanes of a tiny triangle's windows that are covered and pass the depth test.
     #[inline(always)]
-    fn test_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &DepthPlane) -> Lanes {
+    fn test_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &LanePlane) -> Lanes {
         let (mut found, mut row, mut number, mut at) = ([0; 2], tiny.first_row(), 0, 0usize);
         if tiny.rows <= 0 {
             return found;
@@ -695,7 +696,7 @@ fn test_by_runs<F: Framebuffer>(
     test: impl DepthTest,
     tiny: Tiny,
     width: usize,
-    plane: DepthPlane,
+    plane: LanePlane,
 ) -> Lanes {
     let (mut found, mut row, mut y) = ([0; 2], tiny.first_row(), tiny.y);
     for lanes in &mut found {

@@ -15,7 +15,7 @@ use glam::Vec4;
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::Shading;
 use crate::interpolate::Varyings;
-use crate::plane::DepthPlane;
+use crate::plane::LanePlane;
 use crate::setup::Setup;
 use crate::target::Borders;
 use crate::triple::each;
@@ -129,7 +129,7 @@ impl Tiny {
     /// Four samples of a row, from its first or its fifth lane on: without a minus sign where they are covered and may be
     /// drawn to; and their depths.
     #[inline(always)]
-    pub(crate) fn half(&self, row: Row, half: usize, plane: &DepthPlane) -> ([f32; 4], [f32; 4]) {
+    pub(crate) fn half(&self, row: Row, half: usize, plane: &LanePlane) -> ([f32; 4], [f32; 4]) {
         let row = if half == 0 { row } else { self.next_half(row) };
         let [a, b, c] = row.edges;
         // Edge 1 goes up, so it is a left one: 0 is enough.
@@ -142,7 +142,7 @@ impl Tiny {
     pub(crate) fn chosen<D: DepthFormat, const N: usize>(
         &self,
         row: Row,
-        plane: &DepthPlane,
+        plane: &LanePlane,
         test: impl DepthTest,
         old: &[D; WINDOW],
     ) -> u32 {
@@ -163,7 +163,7 @@ impl Tiny {
         &self,
         (column, row): (Vec4, Vec4),
         shading: &Shading<'_, V>,
-        plane: &DepthPlane,
+        plane: &LanePlane,
     ) -> ([Vec4; 5], Vec4) {
         let dx = column + self.dx;
         let edge = |i: usize| dx * self.a[i] + (row * self.b[i] + self.c[i]);
@@ -183,6 +183,7 @@ mod tests {
     extern crate std;
     use super::*;
     use crate::depth::{DepthBias, Less};
+    use crate::plane::DepthPlane;
     use crate::project::ProjectedVertex;
     use crate::target::Rect;
     use std::vec::Vec;
@@ -220,7 +221,7 @@ mod tests {
         ];
         for setup in triangles(1).into_iter().chain(triangles(128)) {
             let edges = setup.edges();
-            let plane = DepthPlane::new::<f32>(&setup, DepthBias::default(), (0.0, 1.0));
+            let plane = DepthPlane::new::<f32>(&setup, DepthBias::default(), (0.0, 1.0)).in_lanes();
             for frame in frames {
                 let area = frame.intersection(Rect { x: -60, y: -11, width: 60, height: 9 });
                 let tiny = Tiny::new(&setup, frame.borders(), area.borders());
