@@ -94,7 +94,7 @@ impl<C, D> Packet<'_, C, D> {
             let (Some(places), Some(x), Some(y)) =
                 (self.places.get_mut(at..at + 4), self.x.get_mut(at..at + 4), self.y.get_mut(at..at + 4))
             else {
-                break;
+                return at;
             };
             let mut offsets = [Vec4::ZERO; 4];
             for i in 0..4 {

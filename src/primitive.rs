@@ -3,8 +3,6 @@
 //! Orders and provoking vertices are Vulkan's ("Primitive Topologies"): each triangle lists its vertices so that
 //! neighbours in a strip or fan wind alike.
 
-use core::ops::Deref;
-
 /// How a sequence of vertices becomes triangles.
 ///
 /// ```text
@@ -66,23 +64,28 @@ impl Index for u32 {
     }
 }
 
-/// Indices that have been looked through: draws by [`Primitives::indexed_by`] need not ask again whether all are in range.
+/// Indices that are looked through once, and not in every draw.
 ///
-/// A draw by [`Primitives::indexed`] looks at every index twice: before it draws anything, and to draw. For a mesh that is
-/// drawn in every frame, the first can be done once. (What an index buffer of a graphics API is, too.)
+/// A draw [by indices](Primitives::indexed) goes through them twice: to see that all are in range, before it draws anything,
+/// and to draw. Of a mesh that is drawn again and again, the largest index can be known before. With too few vertices, a
+/// draw [by an index buffer](Primitives::indexed_by) gives the same error as by its indices.
 ///
-/// `S` holds the indices: a `Vec`, a `Box`, or a reference to a slice. It should give the same ones whenever it is asked;
-/// if it does not, what triangles with an index out of range draw is not specified, but nothing panics.
+/// `S` holds the indices: a `Vec`, an array, or a reference to either. It should give the same ones whenever it is asked; if
+/// it does not, what triangles with an index out of range draw is not specified, but nothing panics.
 ///
 /// # Examples
 /// ```
 /// use halfplane::{IndexBuffer, Primitives};
+///
 /// struct Mesh { indices: IndexBuffer<Vec<u16>> }
 ///
 /// let mesh = Mesh { indices: IndexBuffer::new(vec![0, 1, 2, 2, 1, 3]) };
-/// assert_eq!(mesh.indices.vertex_count(), 4);
 /// let in_every_frame = Primitives::list().indexed_by(&mesh.indices);
 /// assert_eq!(in_every_frame.triangle_count(4), 2);
+///
+/// static QUAD: [u8; 6] = [0, 1, 2, 2, 1, 3];
+/// let quad = IndexBuffer::new(&QUAD);
+/// assert_eq!(Primitives::list().indexed_by(&quad).triangle_count(4), 2);
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct IndexBuffer<S> {
@@ -98,31 +101,31 @@ struct Enough {
 }
 
 impl Enough {
-    /// It has not been looked.
+    /// Nobody has looked.
     const UNKNOWN: Self = Self { restarting: usize::MAX, plain: usize::MAX };
 }
 
-impl<I: Index, S: Deref<Target = [I]>> IndexBuffer<S> {
+impl<S> IndexBuffer<S> {
     /// Looks through indices.
     #[must_use]
-    pub fn new(indices: S) -> Self {
+    pub fn new<I: Index>(indices: S) -> Self
+    where
+        S: AsRef<[I]>,
+    {
+        let all = indices.as_ref().iter().copied();
         let enough = |largest: Option<I>| largest.map_or(0, |index| index.to_usize().saturating_add(1));
-        let restarting = indices.iter().copied().filter(|index| *index != I::RESTART).max();
-        let enough = Enough { restarting: enough(restarting), plain: enough(indices.iter().copied().max()) };
+        let restarting = enough(all.clone().filter(|index| *index != I::RESTART).max());
+        let enough = Enough { restarting, plain: enough(all.max()) };
         Self { indices, enough }
-    }
-
-    /// How many vertices there must be at least, so that all indices but those of [restarts](Primitives::with_restart) are
-    /// in range.
-    #[must_use]
-    pub fn vertex_count(&self) -> usize {
-        self.enough.restarting
     }
 
     /// The indices.
     #[must_use]
-    pub fn indices(&self) -> &[I] {
-        &self.indices
+    pub fn indices<I: Index>(&self) -> &[I]
+    where
+        S: AsRef<[I]>,
+    {
+        self.indices.as_ref()
     }
 
     /// What holds the indices.
@@ -180,17 +183,17 @@ impl Primitives<'static> {
 }
 
 impl<I> Primitives<'_, I> {
-    /// Takes the vertices in the order of these indices.
+    /// Takes the vertices in the order of these indices. (If they are drawn again and again: see [`IndexBuffer`].)
     #[must_use]
     pub const fn indexed<J: Index>(self, indices: &[J]) -> Primitives<'_, J> {
         let Self { topology, restart, first, end, .. } = self;
         Primitives { topology, indices: Some(indices), restart, enough: Enough::UNKNOWN, first, end }
     }
 
-    /// The same with indices that have been looked through: see [`IndexBuffer`].
+    /// Takes the vertices in the order of an [`IndexBuffer`]'s indices.
     #[must_use]
-    pub fn indexed_by<J: Index, S: Deref<Target = [J]>>(self, buffer: &IndexBuffer<S>) -> Primitives<'_, J> {
-        Primitives { enough: buffer.enough, ..self.indexed(&buffer.indices) }
+    pub fn indexed_by<J: Index, S: AsRef<[J]>>(self, buffer: &IndexBuffer<S>) -> Primitives<'_, J> {
+        Primitives { enough: buffer.enough, ..self.indexed(buffer.indices()) }
     }
 
     /// Lets the index with all bits set end a strip or fan (or an unfinished triangle of a list) and start another.
@@ -572,8 +575,8 @@ mod tests {
                         assert_eq!(found, looked.first_out_of_range(vertices), "{indices:?} of {vertices}");
                     }
                 }
-                let vertices = buffer.vertex_count();
-                assert_eq!(known.with_restart().first_out_of_range(vertices), None, "enough: {indices:?}");
+                let enough = buffer.enough.restarting;
+                assert_eq!(known.with_restart().first_out_of_range(enough), None, "enough: {indices:?}");
             }
         }
         check::<u8>(&[]);
@@ -582,9 +585,9 @@ mod tests {
         check(&[0u16, 7, 2, 65_535, 3, 4, 5]);
         check(&[3u32, 1, 2, u32::MAX, 3, 4]);
         check(&[u32::MAX; 3]);
-        assert_eq!(IndexBuffer::new(&[255u8, 255][..]).vertex_count(), 0, "restarts alone");
+        assert_eq!(IndexBuffer::new([255u8, 255]).enough.restarting, 0, "restarts alone");
         // What is known of other indices is not carried over.
-        let buffer = IndexBuffer::new(&[0u8, 1, 2][..]);
+        let buffer = IndexBuffer::new([0u8, 1, 2]);
         let other = Primitives::list().indexed_by(&buffer).indexed(&[0u8, 9, 2]);
         assert_eq!(other.first_out_of_range(3), Some((1, 9)), "indexed after indexed_by");
     }

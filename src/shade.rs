@@ -281,31 +281,29 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) {
         let Packet { colors, depths, discarded, places, .. } = packet;
-        if let &Work::Tiny(place, len) = work {
-            let Some(places) = places.get(..len) else { return };
-            self.for_each_place(place, places, |i, &mut color, &mut depth| {
-                if discarded.get(i) == Some(&1) {
-                    (colors[i], depths[i]) = (color, depth);
-                }
-            });
-        }
-        // By the very runs that they are written by: of what is lent for another, nothing is known.
-        let mut restore = |begin: usize, len: usize, (x, y): (i32, i32), asked: usize| {
-            let run = self.target.run(x, y, asked);
-            for (at, (&color, &depth)) in (begin..begin + len).zip(run.color.iter().zip(&*run.depth)) {
-                if discarded.get(at) == Some(&1) {
-                    (colors[at], depths[at]) = (color, depth);
-                }
-            }
-        };
+        // By what lends them when they are written: of what is lent for another, nothing is known.
         match work {
-            Work::Tiny(..) => {}
-            Work::Rows(_, _, band, at) if at.gathered.is_empty() => {
-                if Self::MAY_READ {
-                    restore(0, len, (at.x + begin as i32, band.y + at.lane as i32), asked);
-                }
+            &Work::Tiny(place, len) => {
+                let Some(places) = places.get(..len) else { return };
+                self.for_each_place(place, places, |i, &mut color, &mut depth| {
+                    if discarded.get(i) == Some(&1) {
+                        (colors[i], depths[i]) = (color, depth);
+                    }
+                });
             }
             Work::Rows(_, _, band, at) => {
+                let mut restore = |begin: usize, len: usize, (x, y): (i32, i32), asked: usize| {
+                    let run = self.target.run(x, y, asked);
+                    for (at, (&color, &depth)) in (begin..begin + len).zip(run.color.iter().zip(&*run.depth))
+                    {
+                        if discarded.get(at) == Some(&1) {
+                            (colors[at], depths[at]) = (color, depth);
+                        }
+                    }
+                };
+                if at.gathered.is_empty() && Self::MAY_READ {
+                    restore(0, len, (at.x + begin as i32, band.y + at.lane as i32), asked);
+                }
                 let mut begin = 0;
                 for lane in at.gathered.clone() {
                     let Some(&end) = at.ends.get(lane) else { break };
@@ -387,7 +385,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             while number < end.min(height) {
                 let (Some(colors), Some(depths)) = (
                     color.get(at..at.wrapping_add(WINDOW)),
-                    depth.get(at..at + WINDOW).and_then(<[_]>::first_chunk),
+                    depth.get(at..at.wrapping_add(WINDOW)).and_then(<[_]>::first_chunk),
                 ) else {
                     return test_by_runs(self.target, self.test, *tiny, width, *plane);
                 };
@@ -411,13 +409,14 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         places: &[u8],
         mut visit: impl FnMut(usize, &mut F::Color, &mut F::Depth),
     ) {
-        // For a pixel or two, a block is not worth asking for.
-        let block = if places.len() > 2 {
-            let Borders { right, bottom, .. } = self.target_area;
-            let (width, height) = (WINDOW.min((right - x) as usize), ROWS.min((bottom - y) as usize));
-            self.target.block(x, y, width, height)
-        } else {
-            None
+        // Places are in order: down to the last one's row, and over windows as wide as the framebuffer has them. For a pixel
+        // or two, a block is not worth asking for.
+        let block = match places {
+            &[_, _, .., last] => {
+                let width = WINDOW.min((self.target_area.right - x) as usize);
+                self.target.block(x, y, width, usize::from(last) / WINDOW + 1)
+            }
+            _ => None,
         };
         if let Some(Block { color, depth, stride }) = block {
             let len = color.len().min(depth.len());

@@ -143,8 +143,7 @@ pub struct Run<'a, C, D> {
     pub depth: &'a mut [D],
 }
 
-/// Some neighbouring rows of as many neighbouring pixels, lent by a [`Framebuffer`] that has them in one piece of memory,
-/// with others between them.
+/// A rectangle of pixels, lent by a [`Framebuffer`] as one slice: row after row, each as far from the one above.
 ///
 /// # Examples
 /// A [`Surface`] lends blocks. One of your own with its rows one after the other can, too:
@@ -179,11 +178,12 @@ pub struct Run<'a, C, D> {
 /// ```
 #[derive(Debug)]
 pub struct Block<'a, C, D> {
-    /// The colours, from the first of the topmost row to the last of the lowest: (height − 1) · stride + width.
+    /// The colours, from the first of the top row to the last of the bottom row: (height − 1) · stride + width. Those to the
+    /// right of the rectangle, in every row but the last, are not touched.
     pub color: &'a mut [C],
-    /// The depths, as many.
+    /// The depths, likewise.
     pub depth: &'a mut [D],
-    /// How many places after a pixel the one below comes.
+    /// How many elements after a pixel the one below it stands, of colours as of depths: at least the width.
     pub stride: usize,
 }
 
@@ -237,8 +237,8 @@ pub struct Bounds<'a, D> {
 ///
 /// **Law**: for every run inside [`area`](Self::area), [`run`](Self::run) lends slices that are exactly `len` long, the
 /// same memory for the same pixel. (Of shorter slices, some pixels or none are drawn; nothing panics.) The same holds for
-/// [`block`](Self::block) and [`bounds`](Self::bounds), if it lends any. A framebuffer around another that lends bounds must
-/// lend them, too, and have its area.
+/// [`block`](Self::block) and [`bounds`](Self::bounds), if it lends any. A framebuffer around another should lend what that
+/// one does; bounds it must, and have its area.
 ///
 /// Pixels of 1, 2 or 4 bytes shade fastest. A SIMD type such as glam's `Vec4` as colour or as varying keeps the compiler
 /// from putting several pixels into one register.
@@ -283,12 +283,13 @@ pub trait Framebuffer {
     /// Lends pixels `x .. x + len` of row `y`, which lie inside [`area`](Self::area).
     fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, Self::Color, Self::Depth>;
 
-    /// Lends pixels `x .. x + width` of rows `y .. y + height`, at least one of each, which lie inside [`area`](Self::area):
-    /// the same memory as [`run`](Self::run). What lies between them is left as it is. `None`, for all blocks, if rows are
-    /// not one after the other in memory: then draws ask for runs.
+    /// Lends a rectangle of pixels, at least one wide and high, which lies inside [`area`](Self::area): columns
+    /// `x .. x + width` of rows `y .. y + height`, the same memory as [`run`](Self::run)'s. `None`, for all of them, if rows do
+    /// not follow each other in memory, or if those of colours and depths do so at different distances.
     ///
-    /// Small triangles are drawn through one block instead of a run for each row and pixel. Of a mesh of those, that is
-    /// worth some 7 % of the time ([how fast](crate::how_fast)).
+    /// Draws then ask for runs. With blocks, they ask once for all of a small triangle, and again to write it; such a block
+    /// is up to 8 × 16 pixels and may reach beyond the triangle and the scissor. Of a fine mesh, that is worth some 7 % of the
+    /// time (see [how fast](crate::how_fast)).
     #[inline(always)]
     fn block(
         &mut self,

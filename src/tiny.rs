@@ -1,9 +1,9 @@
 //! Triangles of up to 8 × 16 pixels: of a fine mesh, nearly all of them.
 //!
 //! Inside of such a triangle's bounds no edge function exceeds 2²³, width by height in subpixels, and no sum on the way to
-//! it 2²⁴: `f32` holds all of them exactly. So there is nothing to solve and nothing to step from. A row is one window of
-//! eight samples, one in each SIMD lane, and the coverage and depth of each are worked out where it stands. The
-//! fragments that pass, of all rows, are put one after the other into one packet.
+//! it 2²⁴: `f32` holds all of them exactly. So nothing is solved, and a step is as good as a product. A row is one window
+//! of eight samples, one in each SIMD lane, whose coverage and depth are worked out from its own edge functions. Those
+//! that pass are bits, and the fragments of all rows are put one after the other into one packet.
 //!
 //! Rows are computed in glam's `Vec4`, which is SIMD on every target that has it: out of plain arrays of eight, compilers
 //! made something else for odd lanes.
@@ -56,14 +56,14 @@ pub(crate) struct Tiny {
     /// The window's leftmost pixel in the first row.
     pub(crate) x: i32,
     pub(crate) y: i32,
-    /// How many rows there are; none of a triangle beside the area.
+    /// How many rows there are: none, or fewer, of a triangle above or below the area.
     pub(crate) rows: i32,
     /// Whether the first half of the window's lanes holds all samples.
     pub(crate) is_narrow: bool,
     /// How far right of the leftmost sample of the triangle's bounds the window begins.
     dx: f32,
     /// Change of each edge function by a pixel right and down, its value at the leftmost sample of the bounds in the first
-    /// row, and the least value that covers. The fourth of each is the third again: one SIMD operation takes four.
+    /// row, and the least value that covers. The fourth of each is the third again: they are made four at a time.
     a: [f32; 4],
     b: [f32; 4],
     c: [f32; 4],

@@ -834,11 +834,12 @@ impl Framebuffer for Strict {
     }
 }
 
-/// Lends blocks that are too short, by so many colours and depths; with a stride that is none if those are very many.
+/// Lends blocks that are too short, by so many colours and depths, or says that they have another stride.
 struct Scant {
     whole: Strict,
     color_less: usize,
     depth_less: usize,
+    stride: usize,
 }
 
 impl Framebuffer for Scant {
@@ -854,12 +855,12 @@ impl Framebuffer for Scant {
     }
 
     fn block(&mut self, x: i32, y: i32, width: usize, height: usize) -> Option<Block<'_, u32, f32>> {
-        let Block { color, depth, stride } = self.whole.block(x, y, width, height)?;
+        let Block { color, depth, .. } = self.whole.block(x, y, width, height)?;
         let (color_len, depth_len) = (color.len(), depth.len());
         Some(Block {
             color: &mut color[..color_len.saturating_sub(self.color_less)],
             depth: &mut depth[..depth_len.saturating_sub(self.depth_less)],
-            stride: if self.color_less > 2000 { usize::MAX } else { stride },
+            stride: self.stride,
         })
     }
 }
@@ -876,16 +877,22 @@ fn blocks_that_are_too_short_are_drawn_no_farther_than_they_go() {
         .collect();
     let (positions, mut whole) = (&positions[..], Strict::new(true));
     let all = rasterizer.draw(&mut whole, Primitives::list(), positions, (), |_| 1).expect("legal");
-    for (color_less, depth_less) in [(1, 0), (0, 1), (100, 100), (0, 5000), (5000, 0), (5000, 5000)] {
-        let mut target = Scant { whole: Strict::new(true), color_less, depth_less };
+    let scant = |color_less, depth_less, stride| {
+        let mut target = Scant { whole: Strict::new(true), color_less, depth_less, stride };
         let drawn = rasterizer.draw(&mut target, Primitives::list(), positions, (), |_| 1).expect("legal");
-        assert!(drawn.fragments >= all.fragments, "what is not drawn hides nothing");
-        let pixels = target.whole.color.iter().zip(&whole.color);
-        assert!(pixels.into_iter().all(|(&scant, &whole)| scant <= whole), "nothing but what is covered");
-        let mut target = Scant { whole: Strict::new(true), color_less, depth_less };
+        let color = target.whole.color;
+        let mut target = Scant { whole: Strict::new(true), color_less, depth_less, stride };
         rasterizer.draw_depth(&mut target, Primitives::list(), positions).expect("legal");
-        let is_too_short = depth_less > 0 && color_less < 2000;
-        assert!(!is_too_short || target.whole.depth == whole.depth, "depth alone goes by runs then");
+        (drawn, color, target.whole.depth)
+    };
+    for (color_less, depth_less) in [(1, 0), (0, 1), (100, 100), (0, 5000), (5000, 0), (5000, 5000)] {
+        let (drawn, color, depth) = scant(color_less, depth_less, 64);
+        assert!(drawn.fragments >= all.fragments, "what is not drawn hides nothing");
+        assert!(color.iter().zip(&whole.color).all(|(scant, whole)| scant <= whole), "not beside triangles");
+        assert!(depth_less == 0 || depth == whole.depth, "depth alone goes by runs then");
+    }
+    for stride in [0, 1, 65, usize::MAX, usize::MAX - 3, usize::MAX / 2, usize::MAX / 3] {
+        scant(0, 0, stride); // without a panic
     }
 }
 
