@@ -8,7 +8,9 @@ mod common;
 
 use common::{Frame, Mixed, Nowhere, Random, Record, config, effort, mixed, records_of};
 use glam::Vec4;
-use halfplane::{DepthClip, Flat, NoPerspective, Primitives, Rasterizer, Rect, Statistics, Surface};
+use halfplane::{
+    DepthClip, Flat, NoPerspective, Primitives, ProvokingVertex, Rasterizer, Rect, Statistics, Surface,
+};
 use proptest::prelude::*;
 
 const FRAME: Frame = Frame::new(48, 48);
@@ -403,6 +405,22 @@ fn flat_values_survive_clipping_and_name_the_whole_triangles_vertex() {
         let fronts = drawn.iter().filter(|record| record.is_front_facing).count();
         assert!(fronts == 0 || fronts == drawn.len(), "all pieces face one way");
         assert!(drawn.iter().all(|record| record.primitive == 0), "they are one primitive");
+        // By the other convention the last one provokes, drawn at once or prepared before.
+        let mut last = rasterizer(DepthClip::Clip);
+        last.provoking_vertex = ProvokingVertex::Last;
+        let values = [mixed(0.0, 0.0, 1), mixed(1.0, 0.0, 2), mixed(0.0, 1.0, 3)];
+        let flat = |records: &[Record]| records.iter().map(|record| record.values[3]).collect::<Vec<_>>();
+        let expected = vec![3; drawn.len()];
+        assert_eq!(flat(&records_of(&last, FRAME.area(), &triangle, &values)), expected, "the last vertex");
+        let mut room = [halfplane::Record::default(); 1];
+        let mut preparation =
+            last.prepare(FRAME.area(), Primitives::list(), &triangle, &values).expect("legal input");
+        let batch = preparation.fill(&mut room).expect("there is room").expect("it may be seen");
+        let mut prepared = Vec::new();
+        last.draw_prepared(&mut Nowhere::new(FRAME.area()), batch, |fragment| {
+            prepared.push(Record::of(&fragment));
+        });
+        assert_eq!(flat(&prepared), expected, "prepared");
     }
 }
 
