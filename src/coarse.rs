@@ -174,7 +174,7 @@ pub(crate) struct Coarse {
 /// A triangle's depth on a row.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DepthRow<'a> {
-    pub(crate) plane: &'a RowPlane,
+    pub(crate) plane: RowPlane<'a>,
     pub(crate) y: i32,
     /// At this column.
     pub(crate) z: f32,

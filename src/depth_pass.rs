@@ -44,7 +44,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
             return self.draw_tiny(&Tiny::new(setup, self.target_area, self.render_area), plane);
         }
         let (area, bounds, solver) = (self.render_area, setup.borders(), Solver::new(setup));
-        let plane = &RowPlane::new(*plane, setup);
+        let plane = RowPlane::new(plane, plane.step_x(setup));
         let (left, right) = (area.left, area.right);
         let (mut top, bottom) = (area.top.max(bounds.top), area.bottom.min(bounds.bottom));
         let mut passed = Passed::default();
@@ -228,7 +228,7 @@ fn test_window<D: DepthFormat, const N: usize>(
     test: impl DepthTest,
     depths: &mut [D; N],
     len: i32,
-    plane: &RowPlane,
+    plane: RowPlane<'_>,
     (z, dx): (f32, f32),
     passed: &mut [u32; N],
 ) {

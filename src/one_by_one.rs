@@ -286,7 +286,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
         if is_tiny(setup) {
             return self.draw_tiny(setup, bounds, shading, &plane);
         }
-        let (step, plane) = (shading.step_x(), RowPlane::new(plane, setup));
+        let (step, plane) = (shading.step_x(), RowPlane::new(&plane, plane.step_x(setup)));
         let compact = Compact::new(setup, bounds);
         let (mut covered, mut hidden, mut discarded) = (0usize, 0usize, 0usize);
         while y < bottom {

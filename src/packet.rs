@@ -132,7 +132,7 @@ impl<C, D> Packet<'_, C, D> {
         (base, step): (Sample, Sample),
         (x, y): (i32, i32),
         (z_base, dx): (f32, f32),
-        plane: &RowPlane,
+        plane: RowPlane<'_>,
         test: impl DepthTest,
         old: &[D],
     ) -> Option<u32>
@@ -183,7 +183,7 @@ impl<C, D> Packet<'_, C, D> {
         (base, step): (Sample, Sample),
         (x, y): (i32, i32),
         (z_base, dx): (f32, f32),
-        plane: &RowPlane,
+        plane: RowPlane<'_>,
         test: impl DepthTest,
         old: &[D],
     ) -> u32

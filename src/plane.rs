@@ -50,6 +50,12 @@ impl DepthPlane {
         self.clamp(self.at_edges(e0, e1))
     }
 
+    /// Change by a pixel to the right. Only triangles that are drawn in rows need it.
+    #[inline(always)]
+    pub(crate) fn step_x(&self, setup: &Setup) -> f32 {
+        step(setup, self.more, 0)
+    }
+
     /// The same for four samples at a time.
     #[inline(always)]
     pub(crate) fn in_lanes(&self) -> LanePlane {
@@ -113,52 +119,53 @@ fn step(setup: &Setup, more: [f32; 2], axis: usize) -> f32 {
 
 /// The depth of a triangle that is drawn in rows.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RowPlane {
-    plane: DepthPlane,
+pub(crate) struct RowPlane<'a> {
+    plane: &'a DepthPlane,
     step_x: f32,
 }
 
-impl RowPlane {
+impl<'a> RowPlane<'a> {
+    /// A plane, and its [change](DepthPlane::step_x) along a row.
     #[inline(always)]
-    pub(crate) fn new(plane: DepthPlane, setup: &Setup) -> Self {
-        Self { plane, step_x: step(setup, plane.more, 0) }
+    pub(crate) fn new(plane: &'a DepthPlane, step_x: f32) -> Self {
+        Self { plane, step_x }
     }
 
     /// Where the first two edge functions are these.
     #[inline(always)]
-    pub(crate) fn at_edges(&self, e0: f32, e1: f32) -> f32 {
+    pub(crate) fn at_edges(self, e0: f32, e1: f32) -> f32 {
         self.plane.at_edges(e0, e1)
     }
 
     /// Change by a pixel to the right.
     #[inline(always)]
-    pub(crate) fn step_x(&self) -> f32 {
+    pub(crate) fn step_x(self) -> f32 {
         self.step_x
     }
 
     /// Whether it is inside the depth range `dx` columns right of where it is `z`. Depth is monotonic along a row,
     /// roundings and all: where both ends are inside, all between them are.
     #[inline(always)]
-    pub(crate) fn contains(&self, z: f32, dx: f32) -> bool {
+    pub(crate) fn contains(self, z: f32, dx: f32) -> bool {
         self.plane.holds(z + self.step_x * dx)
     }
 
     /// `dx` columns right of where it is `z`, inside the depth range.
     #[inline(always)]
-    pub(crate) fn moved(&self, z: f32, dx: f32) -> f32 {
+    pub(crate) fn moved(self, z: f32, dx: f32) -> f32 {
         self.plane.clamp(z + self.step_x * dx)
     }
 
     /// [`moved`](Self::moved), or without a clamp where none is needed: see [`contains`](Self::contains).
     #[inline(always)]
-    pub(crate) fn moved_within<const CLAMPS: bool>(&self, z: f32, dx: f32) -> f32 {
+    pub(crate) fn moved_within<const CLAMPS: bool>(self, z: f32, dx: f32) -> f32 {
         let z = z + self.step_x * dx;
         if CLAMPS { self.plane.clamp(z) } else { z }
     }
 
     /// [`moved`](Self::moved) for four.
     #[inline(always)]
-    pub(crate) fn moved_four(&self, z: f32, dx: Vec4) -> Vec4 {
+    pub(crate) fn moved_four(self, z: f32, dx: Vec4) -> Vec4 {
         self.plane.clamp_four(Vec4::splat(z) + dx * self.step_x)
     }
 }

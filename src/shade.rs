@@ -55,7 +55,7 @@ const CACHE_LINE: usize = 16;
 #[expect(clippy::large_enum_variant, reason = "it never moves")]
 enum Work {
     Tiny((i32, i32), usize),
-    Rows(Solver, RowPlane, Band, Progress),
+    Rows(Solver, Band, Progress),
 }
 
 /// What fragments of a triangle are made of. (A band does not hold this: nothing that is referred to from memory can stay
@@ -63,12 +63,14 @@ enum Work {
 #[derive(Clone, Copy)]
 struct Triangle<'a, V> {
     shading: &'a Shading<'a, V>,
-    plane: &'a RowPlane,
+    plane: &'a DepthPlane,
 }
 
 /// Some rows of a triangle, ready to be shaded.
 struct Band {
+    /// Changes along a row, of what weights are made of and of depth.
     step: Sample,
+    step_z: f32,
     rows: Rows,
     /// Depth at the anchors.
     z: [f32; LANES],
@@ -84,10 +86,11 @@ struct Band {
 impl Band {
     /// Above the first rows.
     #[inline(always)]
-    fn new<V: Varyings>(setup: &Setup, shading: &Shading<'_, V>, area: Borders) -> Self {
+    fn new<V: Varyings>(setup: &Setup, triangle: Triangle<'_, V>, area: Borders) -> Self {
         let bounds = setup.borders();
         Self {
-            step: shading.step_x(),
+            step: triangle.shading.step_x(),
+            step_z: triangle.plane.step_x(setup),
             rows: Rows::EMPTY,
             z: [0.0; LANES],
             y: bounds.top.max(area.top),
@@ -99,7 +102,7 @@ impl Band {
 
     /// Solves the next rows and cuts them to the area. False when there are no more.
     #[inline(always)]
-    fn solve(&mut self, solver: &Solver, plane: &RowPlane, area: Borders) -> bool {
+    fn solve(&mut self, solver: &Solver, plane: &DepthPlane, area: Borders) -> bool {
         self.y += self.count as i32;
         if self.y >= self.bottom {
             return false;
@@ -115,10 +118,16 @@ impl Band {
         true
     }
 
+    /// The plane of depth along rows.
+    #[inline(always)]
+    fn plane<'a>(&self, plane: &'a DepthPlane) -> RowPlane<'a> {
+        RowPlane::new(plane, self.step_z)
+    }
+
     /// Depth on a row.
     #[inline(always)]
-    fn depth<'a>(&self, plane: &'a RowPlane, lane: usize) -> DepthRow<'a> {
-        let (z, anchor) = (self.z[lane], self.rows.anchor[lane]);
+    fn depth<'a>(&self, plane: &'a DepthPlane, lane: usize) -> DepthRow<'a> {
+        let (plane, z, anchor) = (self.plane(plane), self.z[lane], self.rows.anchor[lane]);
         DepthRow { plane, y: self.y + lane as i32, z, anchor }
     }
 
@@ -156,31 +165,32 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
+        let triangle = Triangle { shading, plane };
         let mut work = if covered != 0 {
             let minute = Minute::new(setup, covered);
             let place = (minute.x, minute.y);
-            let len = self.fill_minute(minute, (shading, plane), packet);
+            let len = self.fill_minute(minute, triangle, packet);
             if len == 0 {
                 return;
             }
             Work::Tiny(place, len)
         } else if is_tiny(setup) {
             let tiny = Tiny::new(setup, self.target_area, self.render_area);
-            let len = self.fill_tiny(&tiny, (shading, plane), packet);
+            let len = self.fill_tiny(&tiny, triangle, packet);
             if len == 0 {
                 return;
             }
             Work::Tiny((tiny.x, tiny.y), len)
         } else {
-            let band = Band::new(setup, shading, self.render_area);
-            Work::Rows(Solver::new(setup), RowPlane::new(*plane, setup), band, Progress::default())
+            let band = Band::new(setup, triangle, self.render_area);
+            Work::Rows(Solver::new(setup), band, Progress::default())
         };
         loop {
             // What to shade: fragments `begin .. end` of the packet.
             let (begin, end) = match &mut work {
                 Work::Tiny(_, len) => (0, *len),
-                Work::Rows(solver, plane, band, at) => {
-                    if let Some(range) = self.next_fragments(Triangle { shading, plane }, band, at, packet) {
+                Work::Rows(solver, band, at) => {
+                    if let Some(range) = self.next_fragments(triangle, band, at, packet) {
                         range
                     } else {
                         if !band.solve(solver, plane, self.render_area) {
@@ -198,7 +208,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let mut len = asked;
             // And where it goes: into the framebuffer, or into the packet's own pixels.
             let (colors, depths) = match &work {
-                Work::Rows(_, _, band, at) if at.gathered.is_empty() => {
+                Work::Rows(_, band, at) if at.gathered.is_empty() => {
                     let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, asked);
                     // Fewer if the framebuffer lends fewer.
                     len = len.min(run.color.len()).min(run.depth.len());
@@ -248,7 +258,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
             statistics.fragments += len as u64;
             statistics.samples_passed += u64::from(kept);
-            if let Work::Rows(_, _, _, at) = &mut work {
+            if let Work::Rows(_, _, at) = &mut work {
                 at.is_shaded = true;
                 at.is_discarded |= (kept as usize) < asked;
             }
@@ -258,7 +268,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
             match &mut work {
                 Work::Tiny(place, len) => return self.write_tiny(*place, *len, packet),
-                Work::Rows(_, _, band, at) if at.gathered.is_empty() => {
+                Work::Rows(_, band, at) if at.gathered.is_empty() => {
                     if Self::MAY_READ {
                         let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, asked);
                         copy(run.color, packet.colors.get(..len).unwrap_or_default());
@@ -267,7 +277,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                         }
                     }
                 }
-                Work::Rows(_, _, band, at) => self.write_rows(band, at, packet),
+                Work::Rows(_, band, at) => self.write_rows(band, at, packet),
             }
         }
     }
@@ -291,7 +301,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     }
                 });
             }
-            Work::Rows(_, _, band, at) => {
+            Work::Rows(_, band, at) => {
                 let mut restore = |begin: usize, len: usize, (x, y): (i32, i32), asked: usize| {
                     let run = self.target.run(x, y, asked);
                     for (at, (&color, &depth)) in (begin..begin + len).zip(run.color.iter().zip(&*run.depth))
@@ -324,7 +334,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     fn fill_minute<V: Varyings>(
         &mut self,
         minute: Minute<'_>,
-        (shading, plane): (&Shading<'_, V>, &DepthPlane),
+        Triangle { shading, plane }: Triangle<'_, V>,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
         let mut filled = 0;
@@ -348,7 +358,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     fn fill_tiny<V: Varyings>(
         &mut self,
         tiny: &Tiny,
-        (shading, plane): (&Shading<'_, V>, &DepthPlane),
+        Triangle { shading, plane }: Triangle<'_, V>,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
         let plane = &plane.in_lanes();
@@ -554,7 +564,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             at.is_discarded |= lent < len;
             let len = lent;
             let old = run.depth.get(..len)?;
-            let (plane, last) = (triangle.plane, row.1 + len as f32 - 1.0);
+            let (plane, last) = (band.plane(triangle.plane), row.1 + len as f32 - 1.0);
             let needs_clamp = !(plane.contains(row.0, row.1) && plane.contains(row.0, last));
             if !self.expects_all {
                 let passing = if needs_clamp {
@@ -631,7 +641,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let run = self.target.run(x, y, room);
         let (old_colors, old_depths) = (run.color.get(..room)?, run.depth.get(..room)?);
         let (weights, row) = ((band.base(triangle.shading, lane), band.step), (band.z[lane], dx as f32));
-        let (plane, test) = (triangle.plane, self.test);
+        let (plane, test) = (band.plane(triangle.plane), self.test);
         let passing = packet.set_windows(filled, len, weights, (x, y), row, plane, test, old_depths)?;
         self.expects_all = passing == len.unsigned_abs();
         if !self.expects_all {
@@ -718,7 +728,7 @@ fn test_by_runs<F: Framebuffer>(
 #[inline(always)]
 fn count_passing<D: DepthFormat, const CLAMPS: bool>(
     test: impl DepthTest,
-    plane: &RowPlane,
+    plane: RowPlane<'_>,
     (z, dx): (f32, f32),
     old: &[D],
 ) -> u32 {
