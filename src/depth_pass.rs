@@ -8,11 +8,11 @@
 use crate::coarse::{Coarse, DepthRow, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::minute::Minute;
-use crate::packet::{copy, store};
+use crate::packet::{WINDOW, copy, store};
 use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::setup::Setup;
 use crate::target::{Block, Borders, Framebuffer};
-use crate::tiny::{Row, Tiny, WINDOW, is_tiny};
+use crate::tiny::{Row, Tiny, is_tiny};
 use crate::traverse::{LANES, Solver};
 
 /// What a draw without a closure works with: depth is tested and written where it lies, eight pixels at a time.
@@ -41,7 +41,13 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
             return self.draw_minute(*setup, covered, *plane);
         }
         if is_tiny(setup) {
-            return self.draw_tiny(&Tiny::new(setup, self.target_area, self.render_area), plane);
+            let tiny = Tiny::new(setup, self.target_area, self.render_area);
+            return match tiny.lanes {
+                4 => self.draw_tiny::<4>(&tiny, plane),
+                8 => self.draw_tiny::<8>(&tiny, plane),
+                12 => self.draw_tiny::<12>(&tiny, plane),
+                _ => self.draw_tiny::<16>(&tiny, plane),
+            };
         }
         let (area, bounds, solver) = (self.render_area, setup.borders(), Solver::new(setup));
         let plane = RowPlane::new(plane, plane.step_x(setup));
@@ -124,27 +130,26 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
 
     /// Draws a tiny triangle. Gives how many fragments passed.
     #[inline(always)]
-    fn draw_tiny(&mut self, tiny: &Tiny, plane: &DepthPlane) -> u64 {
-        if tiny.rows <= 0 {
+    fn draw_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &DepthPlane) -> u64 {
+        if tiny.is_empty() {
             return 0;
         }
         let (width, height) = (tiny.width(self.target_area), tiny.rows as usize);
         let (depth, stride) = match self.target.block(tiny.x, tiny.y, width, height) {
             Some(Block { depth, stride, .. })
-                if depth.len() >= (height - 1).wrapping_mul(stride).wrapping_add(WINDOW) =>
+                if depth.len() >= (height - 1).wrapping_mul(stride).wrapping_add(N) =>
             {
                 (depth, stride)
             }
-            _ => return draw_by_runs(self.target, self.test, *tiny, width, *plane),
+            _ => return draw_by_runs::<_, N>(self.target, self.test, *tiny, width, *plane),
         };
-        let (mut passed, mut row, mut at) = ([0; 4], tiny.first_row(), 0usize);
+        let (mut passed, mut row, mut at) = ([0; 4], tiny.first_row::<N>(), 0usize);
         let plane = plane.in_lanes();
         for _ in 0..height {
-            let Some(window) = depth.get_mut(at..at.wrapping_add(WINDOW)).and_then(<[_]>::first_chunk_mut)
-            else {
+            let Some(window) = depth.get_mut(at..at.wrapping_add(N)).and_then(<[_]>::first_chunk_mut) else {
                 break;
             };
-            test_tiny(self.test, window, (tiny, row), &plane, WINDOW, &mut passed);
+            test_row::<_, N>(self.test, window, (tiny, row), &plane, N, &mut passed);
             (row, at) = (tiny.next_row(row), at.wrapping_add(stride));
         }
         passed.iter().map(|&lane| u64::from(lane)).sum()
@@ -154,23 +159,23 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
 /// Draws a tiny triangle into a framebuffer that lends no block, or one narrower than a window. Gives how many fragments
 /// passed. (By value, so that nothing has to be in memory for the sake of this.)
 #[inline(never)]
-fn draw_by_runs<F: Framebuffer>(
+fn draw_by_runs<F: Framebuffer, const N: usize>(
     target: &mut F,
     test: impl DepthTest,
     tiny: Tiny,
     width: usize,
     plane: DepthPlane,
 ) -> u64 {
-    let (mut passed, mut row, plane) = ([0; 4], tiny.first_row(), plane.in_lanes());
+    let (mut passed, mut row, plane) = ([0; 4], tiny.first_row::<N>(), plane.in_lanes());
     for y in tiny.y..tiny.y + tiny.rows {
         let depths = target.run(tiny.x, y, width).depth;
         if let Some(window) = depths.first_chunk_mut() {
-            test_tiny(test, window, (&tiny, row), &plane, WINDOW, &mut passed);
+            test_row::<_, N>(test, window, (&tiny, row), &plane, N, &mut passed);
         } else {
             // Less than a window, of a narrow framebuffer or a miserly one, is drawn to through one of our own.
-            let mut window = [F::Depth::from_depth(0.0); WINDOW];
+            let mut window = [F::Depth::from_depth(0.0); N];
             let lent = copy(&mut window, depths);
-            test_tiny(test, &mut window, (&tiny, row), &plane, lent, &mut passed);
+            test_row(test, &mut window, (&tiny, row), &plane, lent, &mut passed);
             copy(depths, &window);
         }
         row = tiny.next_row(row);
@@ -180,26 +185,25 @@ fn draw_by_runs<F: Framebuffer>(
 
 /// Tests and writes the depths of a tiny triangle's row, `lent` of which are there.
 #[inline(always)]
-fn test_tiny<D: DepthFormat>(
+fn test_row<D: DepthFormat, const N: usize>(
     test: impl DepthTest,
-    depths: &mut [D; WINDOW],
+    depths: &mut [D; N],
     (tiny, row): (&Tiny, Row),
     plane: &LanePlane,
     lent: usize,
     passed: &mut [u32; 4],
 ) {
-    let (first, second) = depths.split_at_mut(WINDOW / 2);
-    if let Some(first) = first.first_chunk_mut() {
-        test_half(test, first, tiny.half(row, 0, plane), lent, passed);
-    }
-    if let (Some(second), false) = (second.first_chunk_mut(), tiny.is_narrow) {
-        test_half(test, second, tiny.half(row, 1, plane), lent.saturating_sub(WINDOW / 2), passed);
+    for quarter in 0..N / 4 {
+        let Some(depths) = depths.get_mut(4 * quarter..).and_then(<[_]>::first_chunk_mut) else { return };
+        let (inside, z) = tiny.quarter::<N>(row, quarter, plane);
+        let inside = inside.min(tiny.may_draw_quarter(quarter)).to_array();
+        test_quarter(test, depths, (inside, z.to_array()), lent.saturating_sub(4 * quarter), passed);
     }
 }
 
-/// Tests and writes half of a window. Its samples are covered where `inside` is not negative, and have depths `z`.
+/// Tests and writes four of a window's depths. Their samples are covered where `inside` is not negative, and have depths `z`.
 #[inline(always)]
-fn test_half<D: DepthFormat>(
+fn test_quarter<D: DepthFormat>(
     test: impl DepthTest,
     depths: &mut [D; 4],
     (inside, z): ([f32; 4], [f32; 4]),

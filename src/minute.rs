@@ -53,6 +53,6 @@ impl Iterator for Minute<'_> {
         let (dx, dy) = (bit & 1, bit >> 1);
         let (x, y) = (self.x + dx, self.y + dy);
         let edges = each(self.setup.edges(), |edge| edge.at(x, y) as i32 as f32);
-        Some(Place { x, y, place: (dx + 8 * dy) as u8, edges })
+        Some(Place { x, y, place: (dx + 16 * dy) as u8, edges })
     }
 }

@@ -10,7 +10,7 @@ use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::plane::{LanePlane, RowPlane};
-use crate::tiny::{COLUMNS, HALF, ROWS, Tiny, WINDOW};
+use crate::tiny::{COLUMNS, SIDE, Tiny};
 use crate::traverse::HAS_FLOAT_LANES;
 
 /// How many fragments are in flight: enough for SIMD to be worth its overhead, and little enough for the first-level
@@ -39,25 +39,38 @@ pub(crate) struct Packet<'a, C, D> {
     pub(crate) places: &'a mut [u8; PLACES],
 }
 
-/// Column and row of a place in a tiny triangle's windows.
+/// Pixels in a window of a row.
+pub(crate) const WINDOW: usize = 8;
+
+/// Column and row of a place in a tiny triangle's windows: places are numbered row by row, 16 in each.
 #[inline(always)]
 pub(crate) fn place_of(place: u8) -> (i32, i32) {
-    (i32::from(place) & (WINDOW as i32 - 1), i32::from(place) >> 3)
+    (i32::from(place) & 15, i32::from(place) >> 4)
 }
 
-/// Room for the most fragments of a tiny triangle, of which four are added at a time.
-pub(crate) const PLACES: usize = WINDOW * ROWS + 4;
+/// Room for the most fragments of a tiny triangle, of which four are added at a time: no more than half of its bounds, and
+/// samples beside its longest edge.
+pub(crate) const PLACES: usize = (SIDE * SIDE) as usize;
 
-/// Column and row of each lane of half a tiny triangle's windows, and of none. (Four numbers: so they are loaded at once.)
-const OFFSETS: [Vec4; WINDOW * HALF + 1] = {
-    let mut offsets = [Vec4::ZERO; WINDOW * HALF + 1];
-    let mut lane = 0;
-    while lane < WINDOW * HALF {
-        offsets[lane] = Vec4::new((lane % WINDOW) as f32, (lane / WINDOW) as f32, 0.0, 0.0);
+/// The places of the lanes of a word, in rows of `lanes`; and of none.
+const fn places(lanes: usize) -> [u8; 65] {
+    let (mut places, mut lane) = ([0; 65], 0);
+    while lane < 64 {
+        places[lane] = (16 * (lane / lanes) + lane % lanes) as u8;
+        lane += 1;
+    }
+    places
+}
+
+/// Their columns and rows. (Four numbers: so they are loaded at once.)
+const fn offsets(lanes: usize) -> [Vec4; 65] {
+    let (mut offsets, mut lane) = ([Vec4::ZERO; 65], 0);
+    while lane < 64 {
+        offsets[lane] = Vec4::new((lane % lanes) as f32, (lane / lanes) as f32, 0.0, 0.0);
         lane += 1;
     }
     offsets
-};
+}
 
 /// Rows up to this width share packets.
 pub(crate) const NARROW: usize = 64;
@@ -75,10 +88,10 @@ impl<C, D> Packet<'_, C, D> {
         }
     }
 
-    /// Adds those lanes of a tiny triangle's windows, of rows from `first` on, to `filled` fragments. Gives how many there
-    /// are then. Four at a time are worked out, so what follows is overwritten.
+    /// Adds those lanes of a tiny triangle's windows, a word in rows of `N` from row `first` on, to `filled` fragments. Gives
+    /// how many there are then. Four at a time are worked out, so what follows is overwritten.
     #[inline(always)]
-    pub(crate) fn put_lanes<V: Varyings>(
+    pub(crate) fn put_lanes<V: Varyings, const N: usize>(
         &mut self,
         filled: usize,
         (mut lanes, first): (u64, usize),
@@ -89,6 +102,7 @@ impl<C, D> Packet<'_, C, D> {
         if lanes == 0 {
             return filled;
         }
+        let (places_of, offsets_of) = const { (&places(N), &offsets(N)) };
         let (mut at, end) = (filled, filled + lanes.count_ones() as usize);
         while at < end {
             let (Some(places), Some(x), Some(y)) =
@@ -99,10 +113,10 @@ impl<C, D> Packet<'_, C, D> {
             let mut offsets = [Vec4::ZERO; 4];
             for i in 0..4 {
                 // Which lanes they are, no predictor can tell: the next one is found without a branch.
-                let lane = lanes.trailing_zeros();
+                let lane = lanes.trailing_zeros() as usize;
                 lanes &= lanes.wrapping_sub(1);
-                offsets[i] = OFFSETS[lane as usize];
-                places[i] = (WINDOW * first) as u8 + lane as u8;
+                offsets[i] = offsets_of[lane];
+                places[i] = places_of[lane].wrapping_add(16 * first as u8);
                 let place = place_of(places[i]);
                 (x[i], y[i]) = (tiny.x.wrapping_add(place.0), tiny.y.wrapping_add(place.1));
             }

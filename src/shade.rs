@@ -25,12 +25,12 @@ use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::minute::Minute;
-use crate::packet::{NARROW, PACKET, Packet, RAMP, copy, copy_windows, place_of, store};
+use crate::packet::{NARROW, PACKET, Packet, RAMP, WINDOW, copy, copy_windows, place_of, store};
 use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::setup::Setup;
 use crate::state::Statistics;
 use crate::target::{Block, Borders, Framebuffer};
-use crate::tiny::{HALF, Lanes, ROWS, Tiny, WINDOW, is_tiny};
+use crate::tiny::{Lanes, SIDE, Tiny, is_tiny, rows_per_word};
 use crate::traverse::{LANES, Rows, Solver};
 
 /// What a draw's shading works with. The closure reads the colour already there if it `BLENDS`.
@@ -168,12 +168,12 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let triangle = Triangle { shading, plane };
         let mut work = if covered != 0 {
             let minute = Minute::new(setup, covered);
-            let place = (minute.x, minute.y);
+            let origin = (minute.x, minute.y);
             let len = self.fill_minute(minute, triangle, packet);
             if len == 0 {
                 return;
             }
-            Work::Tiny(place, len)
+            Work::Tiny(origin, len)
         } else if is_tiny(setup) {
             let tiny = Tiny::new(setup, self.target_area, self.render_area);
             let len = self.fill_tiny(&tiny, triangle, packet);
@@ -267,7 +267,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 self.restore(&work, (begin, len, asked), packet);
             }
             match &mut work {
-                Work::Tiny(place, len) => return self.write_tiny(*place, *len, packet),
+                Work::Tiny(origin, len) => return self.write_tiny(*origin, *len, packet),
                 Work::Rows(_, band, at) if at.gathered.is_empty() => {
                     if Self::MAY_READ {
                         let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, asked);
@@ -293,9 +293,9 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let Packet { colors, depths, discarded, places, .. } = packet;
         // By what lends them when they are written: of what is lent for another, nothing is known.
         match work {
-            &Work::Tiny(place, len) => {
+            &Work::Tiny(origin, len) => {
                 let Some(places) = places.get(..len) else { return };
-                self.for_each_place(place, places, |i, &mut color, &mut depth| {
+                self.for_each_place(origin, places, |i, &mut color, &mut depth| {
                     if discarded.get(i) == Some(&1) {
                         (colors[i], depths[i]) = (color, depth);
                     }
@@ -362,14 +362,25 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
         let plane = &plane.in_lanes();
-        let [upper, lower] = if tiny.is_narrow {
-            self.test_tiny::<4>(tiny, plane)
-        } else {
-            self.test_tiny::<WINDOW>(tiny, plane)
-        };
         let mut filled = 0;
-        for lanes in [(upper, 0), (lower, HALF)] {
-            filled = packet.put_lanes(filled, lanes, tiny, shading, plane);
+        if tiny.lanes > 8 {
+            let found = if tiny.lanes > 12 {
+                self.test_tiny::<16>(tiny, plane)
+            } else {
+                self.test_tiny::<12>(tiny, plane)
+            };
+            for (word, lanes) in found.into_iter().enumerate() {
+                filled = packet.put_lanes::<_, 16>(filled, (lanes, 4 * word), tiny, shading, plane);
+            }
+        } else {
+            let [upper, lower, ..] = if tiny.lanes > 4 {
+                self.test_tiny::<8>(tiny, plane)
+            } else {
+                self.test_tiny::<4>(tiny, plane)
+            };
+            for lanes in [(upper, 0), (lower, 8)] {
+                filled = packet.put_lanes::<_, 8>(filled, lanes, tiny, shading, plane);
+            }
         }
         if BLENDS {
             self.read_tiny(tiny, filled, packet);
@@ -380,32 +391,33 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     /// The lanes of a tiny triangle's windows that are covered and pass the depth test.
     #[inline(always)]
     fn test_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &LanePlane) -> Lanes {
-        let (mut found, mut row, mut number, mut at) = ([0; 2], tiny.first_row(), 0, 0usize);
-        if tiny.rows <= 0 {
+        let (mut found, mut row, mut number, mut at) = ([0; 4], tiny.first_row::<N>(), 0, 0usize);
+        if tiny.is_empty() {
             return found;
         }
         let (width, height) = (tiny.width(self.target_area), tiny.rows as usize);
         let Some(Block { color, depth, stride }) = self.target.block(tiny.x, tiny.y, width, height) else {
-            return test_by_runs(self.target, self.test, *tiny, width, *plane);
+            return test_by_runs::<_, N>(self.target, self.test, *tiny, width, *plane);
         };
         let len = color.len().min(depth.len());
         let (Some(color), Some(depth)) = (color.get(..len), depth.get(..len)) else { return found };
-        for (lanes, end) in found.iter_mut().zip([HALF, ROWS]) {
+        let (may_draw, rows) = (tiny.may_draw(), rows_per_word(N));
+        for (word, lanes) in found.iter_mut().enumerate() {
             let mut shift = 0;
-            while number < end.min(height) {
+            while number < (rows * (word + 1)).min(height) {
                 let (Some(colors), Some(depths)) = (
-                    color.get(at..at.wrapping_add(WINDOW)),
-                    depth.get(at..at.wrapping_add(WINDOW)).and_then(<[_]>::first_chunk),
+                    color.get(at..at.wrapping_add(N)),
+                    depth.get(at..at.wrapping_add(N)).and_then(<[_]>::first_chunk),
                 ) else {
-                    return test_by_runs(self.target, self.test, *tiny, width, *plane);
+                    return test_by_runs::<_, N>(self.target, self.test, *tiny, width, *plane);
                 };
                 if !BLENDS {
                     // Its cache line, which is about to be written, comes while depth is tested.
                     black_box(colors[0]);
                 }
-                *lanes |= u64::from(tiny.chosen::<_, N>(row, plane, self.test, depths)) << shift;
+                *lanes |= u64::from(tiny.chosen::<_, N>(row, plane, self.test, depths, may_draw)) << shift;
                 (row, at) = (tiny.next_row(row), at.wrapping_add(stride));
-                (number, shift) = (number + 1, shift + WINDOW);
+                (number, shift) = (number + 1, shift + 64 / rows);
             }
         }
         found
@@ -423,8 +435,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         // or two, a block is not worth asking for.
         let block = match places {
             &[_, _, .., last] => {
-                let width = WINDOW.min((self.target_area.right - x) as usize);
-                self.target.block(x, y, width, usize::from(last) / WINDOW + 1)
+                let width = SIDE.min(self.target_area.right - x) as usize;
+                self.target.block(x, y, width, place_of(last).1 as usize + 1)
             }
             _ => None,
         };
@@ -432,8 +444,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let len = color.len().min(depth.len());
             let (Some(color), Some(depth)) = (color.get_mut(..len), depth.get_mut(..len)) else { return };
             for (i, &place) in places.iter().enumerate() {
-                let (column, row) = (usize::from(place) % WINDOW, usize::from(place) / WINDOW);
-                let at = row.wrapping_mul(stride).wrapping_add(column);
+                let (dx, dy) = place_of(place);
+                let at = (dy as usize).wrapping_mul(stride).wrapping_add(dx as usize);
                 if let (Some(color), Some(depth)) = (color.get_mut(at), depth.get_mut(at)) {
                     visit(i, color, depth);
                 }
@@ -463,9 +475,9 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
 
     /// Writes the pixels of a tiny triangle.
     #[inline(always)]
-    fn write_tiny(&mut self, place: (i32, i32), len: usize, packet: &Packet<'_, F::Color, F::Depth>) {
+    fn write_tiny(&mut self, origin: (i32, i32), len: usize, packet: &Packet<'_, F::Color, F::Depth>) {
         let (Some(places), writes) = (packet.places.get(..len), self.test.writes()) else { return };
-        self.for_each_place(place, places, |i, to_color, to_depth| {
+        self.for_each_place(origin, places, |i, to_color, to_depth| {
             if let (Some(&color), Some(&depth)) = (packet.colors.get(i), packet.depths.get(i)) {
                 *to_color = color;
                 if writes {
@@ -700,23 +712,23 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
 /// The lanes of a tiny triangle's windows that are covered and pass the depth test, in a framebuffer that lends no block, or
 /// one narrower than a window. (By value, so that nothing has to be in memory for the sake of this.)
 #[inline(never)]
-fn test_by_runs<F: Framebuffer>(
+fn test_by_runs<F: Framebuffer, const N: usize>(
     target: &mut F,
     test: impl DepthTest,
     tiny: Tiny,
     width: usize,
     plane: LanePlane,
 ) -> Lanes {
-    let (mut found, mut row, mut y) = ([0; 2], tiny.first_row(), tiny.y);
+    let (mut found, mut row, mut y, rows) = ([0; 4], tiny.first_row::<N>(), tiny.y, rows_per_word(N));
     for lanes in &mut found {
-        for shift in (0..HALF * WINDOW).step_by(WINDOW) {
+        for shift in (0..64).step_by(64 / rows) {
             if y < tiny.y + tiny.rows {
                 // Less than a window, of a narrow framebuffer or a miserly one, is tested in one of our own.
                 let run = target.run(tiny.x, y, width);
-                let mut depths = [F::Depth::from_depth(0.0); WINDOW];
+                let mut depths = [F::Depth::from_depth(0.0); N];
                 let lent = copy(&mut depths, run.depth).min(run.color.len());
-                let chosen = tiny.chosen::<_, WINDOW>(row, &plane, test, &depths) & ((1 << lent) - 1);
-                *lanes |= u64::from(chosen) << shift;
+                let may_draw = tiny.may_draw() & ((1 << lent) - 1);
+                *lanes |= u64::from(tiny.chosen::<_, N>(row, &plane, test, &depths, may_draw)) << shift;
             }
             (row, y) = (tiny.next_row(row), y + 1);
         }

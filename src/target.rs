@@ -288,7 +288,7 @@ pub trait Framebuffer {
     /// not follow each other in memory, or if those of colours and depths do so at different distances.
     ///
     /// Draws then ask for runs. With blocks, they ask once for all of a small triangle, and again to write it; such a block
-    /// is up to 8 × 16 pixels and may reach beyond the triangle and the scissor. Of a fine mesh, that is worth some 7 % of the
+    /// is up to 16 × 16 pixels and may reach beyond the triangle and the scissor. Of a fine mesh, that is worth some 7 % of the
     /// time (see [how fast](crate::how_fast)).
     #[inline(always)]
     fn block(

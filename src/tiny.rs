@@ -1,14 +1,12 @@
-//! Triangles of up to 8 × 16 pixels: of a fine mesh, nearly all of them.
+//! Triangles of up to 16 × 16 pixels: of a fine mesh, nearly all of them.
 //!
-//! Inside of such a triangle's bounds no edge function exceeds 2²³, width by height in subpixels, and no sum on the way to
-//! it 2²⁴: `f32` holds all of them exactly. So nothing is solved, and a step is as good as a product. A row is one window
-//! of eight samples, one in each SIMD lane, whose coverage and depth are worked out from its own edge functions. Those
+//! Inside of such a triangle's bounds no edge function exceeds 2²⁴, width by height in subpixels, nor does a product on the
+//! way to it: `f32` holds all of them exactly. So nothing is solved, and a step is as good as a product. A row is one window
+//! of 4, 8, 12 or 16 samples, one in each SIMD lane, whose coverage and depth are worked out from its own edge functions. Those
 //! that pass are bits, and the fragments of all rows are put one after the other into one packet.
 //!
 //! Rows are computed in glam's `Vec4`, which is SIMD on every target that has it: out of plain arrays of eight, compilers
 //! made something else for odd lanes.
-
-#![expect(clippy::cast_possible_truncation, reason = "a window is eight samples wide")]
 
 use glam::Vec4;
 
@@ -20,46 +18,49 @@ use crate::setup::Setup;
 use crate::target::Borders;
 use crate::triple::each;
 
-/// Samples in a window.
-pub(crate) const WINDOW: usize = 8;
+/// The most columns and rows of a tiny triangle.
+pub(crate) const SIDE: i32 = 16;
 
-/// The most rows of a tiny triangle.
-pub(crate) const ROWS: usize = 16;
+/// Some of the lanes of a tiny triangle's windows, a bit each, row after row from the lowest bit on: 16 for each row, or 8
+/// where that is enough.
+pub(crate) type Lanes = [u64; 4];
 
-/// Half of them: the lanes of these windows are as many as a word has bits.
-pub(crate) const HALF: usize = ROWS / 2;
-
-/// Some of the lanes of a tiny triangle's windows, a bit each from the lowest on: of the first [`HALF`] rows, and of the
-/// others.
-pub(crate) type Lanes = [u64; 2];
+/// How many rows of windows, of so many lanes, a word of [`Lanes`] holds.
+pub(crate) const fn rows_per_word(lanes: usize) -> usize {
+    if lanes > 8 { 4 } else { 8 }
+}
 
 /// Whether a triangle's fragments start from their own edge functions, and not from those at an anchor.
 #[inline(always)]
 pub(crate) fn is_tiny(setup: &Setup) -> bool {
     let [a, b, c] = setup.corners();
     let extent = |a: i32, b: i32, c: i32| a.max(b).max(c) - a.min(b).min(c);
-    extent(a.x(), b.x(), c.x()) <= (WINDOW as i32) << 8 && extent(a.y(), b.y(), c.y()) <= (ROWS as i32) << 8
+    extent(a.x(), b.x(), c.x()).max(extent(a.y(), b.y(), c.y())) <= SIDE << 8
 }
 
-/// The edge functions at four samples of a tiny triangle's row; of the third, what it has more than the least that covers.
+/// What the edge functions at a row's samples are made of: of a wide window, those at the leftmost sample of the triangle's
+/// bounds; of a narrower one, at its first four samples. Of the third edge, what it has more than the least that covers.
 ///
-/// Exact inside of the bounds. Beside them they may exceed 2²⁴ and be rounded, but from row to row they change by no more
-/// than 2²³ in all: one that was ever rounded keeps its sign.
+/// Inside of the bounds all are exact, and in narrow windows beside them, too: window and bounds together are less than 16
+/// pixels wide. Wide ones may begin so far to the left that a step from there would be rounded.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
     edges: [Vec4; 3],
 }
 
-/// A tiny triangle and its window of a framebuffer.
+/// A tiny triangle and its windows of a framebuffer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tiny {
-    /// The window's leftmost pixel in the first row.
+    /// The windows' leftmost pixel in the first row.
     pub(crate) x: i32,
     pub(crate) y: i32,
     /// How many rows there are: none, or fewer, of a triangle above or below the area.
     pub(crate) rows: i32,
-    /// Whether the first half of the window's lanes holds all samples.
-    pub(crate) is_narrow: bool,
+    /// How many lanes a window has: 4, 8, 12 or 16.
+    pub(crate) lanes: i32,
+    /// The columns of the window that may be drawn to: this one, up to this one.
+    left: i32,
+    right: i32,
     /// How far right of the leftmost sample of the triangle's bounds the window begins.
     dx: f32,
     /// Change of each edge function by a pixel right and down, its value at the leftmost sample of the bounds in the first
@@ -68,19 +69,23 @@ pub(crate) struct Tiny {
     b: [f32; 4],
     c: [f32; 4],
     least: [f32; 4],
-    /// Negative in lanes that may not be drawn to.
-    may_draw: [[f32; 4]; 2],
 }
 
 impl Tiny {
-    /// A tiny triangle's window in a framebuffer that has `target`, of which `area` may be drawn to.
+    /// A tiny triangle's windows in a framebuffer that has `target`, of which `area` may be drawn to.
     #[inline(always)]
     pub(crate) fn new(setup: &Setup, target: Borders, area: Borders) -> Self {
         let bounds = setup.borders();
-        let y = bounds.top.max(area.top);
-        let rows = bounds.bottom.min(area.bottom) - y;
+        let drawn = bounds.intersection(area);
+        let (y, rows) = (drawn.top, drawn.bottom - drawn.top);
+        let lanes = match bounds.right - bounds.left {
+            ..=4 => 4,
+            5..=8 => 8,
+            9..=12 => 12,
+            _ => SIDE,
+        };
         // As far left as the framebuffer allows, if it ends too early on the right.
-        let x = bounds.left.min(target.right - WINDOW as i32).max(target.left);
+        let x = bounds.left.min(target.right - lanes).max(target.left);
         let [p, q, r] = each(setup.corners(), |v| {
             [(v.x() - (bounds.left << 8) - 128) as f32, (v.y() - (y << 8) - 128) as f32]
         });
@@ -93,24 +98,46 @@ impl Tiny {
         let is_top_left = (a * 8192.0 + b).cmpgt(Vec4::ZERO);
         let least = Vec4::select(is_top_left, Vec4::ZERO, Vec4::ONE).to_array();
         let (a, b, c) = ((a * 256.0).to_array(), (b * 256.0).to_array(), c.to_array());
-        let (left, right) = ((area.left - x) as f32, (area.right - x - 1) as f32);
-        let may_draw = |columns: Vec4| (columns - left).min(Vec4::splat(right) - columns).to_array();
-        let is_narrow = bounds.right.min(area.right) - x <= 4;
-        let (dx, may_draw) = ((x - bounds.left) as f32, [may_draw(COLUMNS), may_draw(COLUMNS + 4.0)]);
-        Self { x, y, rows, is_narrow, dx, a, b, c, least, may_draw }
+        let (left, right) = (drawn.left - x, drawn.right - x);
+        Self { x, y, rows, lanes, left, right, dx: (x - bounds.left) as f32, a, b, c, least }
+    }
+
+    /// Whether no pixel may be drawn to.
+    #[inline(always)]
+    pub(crate) fn is_empty(&self) -> bool {
+        (self.rows <= 0) | (self.left >= self.right)
     }
 
     /// How wide the window is in a framebuffer that has `target`.
     #[inline(always)]
     pub(crate) fn width(&self, target: Borders) -> usize {
-        WINDOW.min((target.right - self.x) as usize)
+        self.lanes.min(target.right - self.x) as usize
     }
 
-    /// The first row.
+    /// The lanes of each row that may be drawn to, a bit each.
     #[inline(always)]
-    pub(crate) fn first_row(&self) -> Row {
-        let dx = COLUMNS + self.dx;
-        let edge = |i: usize| dx * self.a[i] + self.c[i];
+    pub(crate) fn may_draw(&self) -> u32 {
+        (1u32.wrapping_shl((self.right - self.left) as u32) - 1).wrapping_shl(self.left as u32)
+    }
+
+    /// Not negative in those of four lanes that may be drawn to.
+    #[inline(always)]
+    pub(crate) fn may_draw_quarter(&self, quarter: usize) -> Vec4 {
+        let columns = COLUMNS + (4 * quarter) as f32;
+        (columns - self.left as f32).min(Vec4::splat((self.right - 1) as f32) - columns)
+    }
+
+    /// The columns of four lanes, counted from the leftmost sample of the triangle's bounds.
+    #[inline(always)]
+    fn columns(&self, quarter: usize) -> Vec4 {
+        COLUMNS + (self.dx + (4 * quarter) as f32)
+    }
+
+    /// The first row of windows of so many lanes.
+    #[inline(always)]
+    pub(crate) fn first_row<const N: usize>(&self) -> Row {
+        let edge =
+            |i: usize| if N > 8 { Vec4::splat(self.c[i]) } else { self.columns(0) * self.a[i] + self.c[i] };
         Row { edges: [edge(0), edge(1), edge(2) - self.least[2]] }
     }
 
@@ -120,41 +147,48 @@ impl Tiny {
         Row { edges: [a + self.b[0], b + self.b[1], c + self.b[2]] }
     }
 
-    /// The same row four samples on.
+    /// The edge functions at four samples of a row; of the third, what it has more than the least.
     #[inline(always)]
-    fn next_half(&self, Row { edges: [a, b, c] }: Row) -> Row {
-        Row { edges: [a + 4.0 * self.a[0], b + 4.0 * self.a[1], c + 4.0 * self.a[2]] }
+    fn edges<const N: usize>(&self, row: Row, quarter: usize) -> [Vec4; 3] {
+        let offset = if N > 8 { self.columns(quarter) } else { Vec4::splat((4 * quarter) as f32) };
+        let edge =
+            |i: usize| if N > 8 || quarter > 0 { row.edges[i] + offset * self.a[i] } else { row.edges[i] };
+        [edge(0), edge(1), edge(2)]
     }
 
-    /// Four samples of a row, from its first or its fifth lane on: without a minus sign where they are covered and may be
-    /// drawn to; and their depths.
+    /// Four samples of a row: without a minus sign where they are covered; and their depths.
     #[inline(always)]
-    pub(crate) fn half(&self, row: Row, half: usize, plane: &LanePlane) -> ([f32; 4], [f32; 4]) {
-        let row = if half == 0 { row } else { self.next_half(row) };
-        let [a, b, c] = row.edges;
+    pub(crate) fn quarter<const N: usize>(
+        &self,
+        row: Row,
+        quarter: usize,
+        plane: &LanePlane,
+    ) -> (Vec4, Vec4) {
+        let [a, b, c] = self.edges::<N>(row, quarter);
         // Edge 1 goes up, so it is a left one: 0 is enough.
-        let inside = (a - self.least[0]).min(b).min(c).min(Vec4::from_array(self.may_draw[half]));
-        (inside.to_array(), plane.at([a, b]).to_array())
+        ((a - self.least[0]).min(b).min(c), plane.at([a, b]))
     }
 
-    /// The lanes of a row that are covered and pass the depth test against `old`, a bit each.
+    /// Those of some lanes of a row that are covered and pass the depth test against `old`, a bit each.
     #[inline(always)]
     pub(crate) fn chosen<D: DepthFormat, const N: usize>(
         &self,
         row: Row,
         plane: &LanePlane,
         test: impl DepthTest,
-        old: &[D; WINDOW],
+        old: &[D; N],
+        lanes: u32,
     ) -> u32 {
-        let mut chosen = 0;
-        for half in 0..N / 4 {
-            let (mut inside, z) = self.half(row, half, plane);
+        let mut others = 0;
+        for quarter in 0..N / 4 {
+            let (inside, z) = self.quarter::<N>(row, quarter, plane);
+            let (mut inside, z) = (inside.to_array(), z.to_array());
             for i in 0..4 {
-                inside[i] = if passes(test, z[i], old[4 * half + i]) { inside[i] } else { NEGATIVE };
+                inside[i] = if passes(test, z[i], old[4 * quarter + i]) { inside[i] } else { NEGATIVE };
             }
-            chosen |= (!Vec4::from_array(inside).is_negative_bitmask() & 15) << (4 * half);
+            others |= Vec4::from_array(inside).is_negative_bitmask() << (4 * quarter);
         }
-        chosen
+        lanes & !others
     }
 
     /// What weights of four samples are made of, and their depths, from their columns and rows in the window.
@@ -180,6 +214,11 @@ pub(crate) const COLUMNS: Vec4 = Vec4::new(0.0, 1.0, 2.0, 3.0);
 
 #[cfg(test)]
 mod tests {
+    #![expect(
+        clippy::cast_possible_truncation,
+        reason = "lanes are under 2⁴, and edge functions whole numbers"
+    )]
+
     extern crate std;
     use super::*;
     use crate::depth::{DepthBias, Less};
@@ -197,7 +236,8 @@ mod tests {
         };
         let mut setups = Vec::new();
         while setups.len() < 2000 {
-            let (width, height) = (1 + below(3000 / step), 1 + below(20_000 / step));
+            let mut size = || if below(3) == 0 { (SIDE << 8) / step } else { 1 + below((SIDE << 8) / step) };
+            let (width, height) = (size(), size());
             let mut vertex = || {
                 // On the border of the box as often as inside.
                 let mut at = |size: i32| [0, below(size + 1), size][below(3).cast_unsigned() as usize];
@@ -222,33 +262,48 @@ mod tests {
         for setup in triangles(1).into_iter().chain(triangles(128)) {
             let edges = setup.edges();
             let plane = DepthPlane::new::<f32>(&setup, DepthBias::default(), (0.0, 1.0)).in_lanes();
-            for frame in frames {
-                let area = frame.intersection(Rect { x: -60, y: -11, width: 60, height: 9 });
+            let areas = [(-60, 60), (-60, 63), (1, 2)].map(|(x, width)| Rect { x, y: -11, width, height: 9 });
+            for (frame, area) in frames.into_iter().flat_map(|frame| areas.map(|area| (frame, area))) {
+                let area = frame.intersection(area);
                 let tiny = Tiny::new(&setup, frame.borders(), area.borders());
-                let (mut found, mut at) = (Vec::new(), tiny.first_row());
-                for row in 0..tiny.rows {
-                    let chosen = tiny.chosen::<_, WINDOW>(at, &plane, Less, &[1.0f32; WINDOW]);
-                    let lanes = (0..8).filter(|lane| chosen >> lane & 1 == 1);
-                    found.extend(lanes.map(|lane| (tiny.x + lane, tiny.y + row)));
-                    at = tiny.next_row(at);
-                }
+                let found = match tiny.lanes {
+                    4 => samples::<4>(&setup, &tiny, &plane),
+                    8 => samples::<8>(&setup, &tiny, &plane),
+                    12 => samples::<12>(&setup, &tiny, &plane),
+                    _ => samples::<16>(&setup, &tiny, &plane),
+                };
                 let covered: Vec<_> = (area.y..area.bottom())
                     .flat_map(|y| (area.x..area.right()).map(move |x| (x, y)))
                     .filter(|&(x, y)| edges.iter().all(|edge| edge.covers(x, y)))
                     .collect();
                 assert_eq!(found, covered, "{setup:?} in {frame:?}");
-                for (x, y) in covered {
-                    let row = (tiny.y..y).fold(tiny.first_row(), |row, _| tiny.next_row(row));
-                    let all = [row, tiny.next_half(row)].map(|row| row.edges);
-                    let lane = (x - tiny.x).cast_unsigned() as usize;
-                    for (i, edge) in edges.iter().enumerate() {
-                        let value =
-                            all[lane / 4][i].to_array()[lane % 4] + if i == 2 { tiny.least[2] } else { 0.0 };
-                        assert_eq!(value.to_bits(), (edge.at(x, y) as f32).to_bits(), "{setup:?} at {x} {y}");
-                        assert_eq!(value as i64, edge.at(x, y), "exact: {setup:?} at {x} {y}");
-                    }
-                }
             }
         }
+    }
+
+    /// The samples of a triangle's windows that are found to be covered. Their edge functions are seen to be exact.
+    fn samples<const N: usize>(setup: &Setup, tiny: &Tiny, plane: &LanePlane) -> Vec<(i32, i32)> {
+        let (mut samples, mut row) = (Vec::new(), tiny.first_row::<N>());
+        for y in tiny.y..tiny.y + tiny.rows {
+            let chosen = tiny.chosen(
+                row,
+                plane,
+                Less,
+                &[1.0f32; N],
+                if tiny.is_empty() { 0 } else { tiny.may_draw() },
+            );
+            for lane in (0..N).filter(|lane| chosen >> lane & 1 == 1) {
+                let x = tiny.x + lane as i32;
+                let values = tiny.edges::<N>(row, lane / 4).map(|edge| edge.to_array()[lane % 4]);
+                for (i, edge) in setup.edges().iter().enumerate() {
+                    let value = values[i] + if i == 2 { tiny.least[2] } else { 0.0 };
+                    assert_eq!(value.to_bits(), (edge.at(x, y) as f32).to_bits(), "{setup:?} at {x} {y}");
+                    assert_eq!(value as i64, edge.at(x, y), "exact: {setup:?} at {x} {y}");
+                }
+                samples.push((x, y));
+            }
+            row = tiny.next_row(row);
+        }
+        samples
     }
 }

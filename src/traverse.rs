@@ -38,7 +38,7 @@ pub(crate) const HAS_FLOAT_LANES: bool =
 /// The samples that a triangle covers on one row of an area.
 ///
 /// The edge functions are known exactly at one of the samples that the triangle covers on this row, whether it lies in
-/// the area or not: the *anchor*. Everything else on the row is measured from there; in triangles of up to 8 × 16 pixels,
+/// the area or not: the *anchor*. Everything else on the row is measured from there; in triangles of up to 16 × 16 pixels,
 /// where `f32` holds the edge functions exactly at every sample, from each sample itself. So a number at (x, y) depends
 /// on the triangle and on (x, y) alone, and it never extrapolates from outside the triangle, however thin that is.
 ///
