@@ -4,7 +4,7 @@
 //! multiplication and then *decided* by evaluating the edge function, in integers, at the estimate: the spans are exactly
 //! the samples that [`EdgeFunction::covers`] accepts, for any triangle.
 //!
-//! Where there is SIMD, eight rows are solved at a time, one a lane: those of triangles up to 63 pixels wide and high in
+//! Where there is SIMD, eight rows are solved at a time, one a lane: those of triangles up to 181 pixels wide and high in
 //! `f32`, of larger ones in `f64`. Every number that decides is an integer that the type holds exactly ([`Lines`]).
 //! Elsewhere triangles up to 1023 pixels are solved in `i32` ([`Compact`]), and larger ones in `i64` ([`solve_alone`]),
 //! row by row. All find the same spans.
@@ -24,8 +24,8 @@ use crate::triple::each;
 /// How many rows are solved at a time: a SIMD register of `f32`, and one where there is none.
 pub(crate) const LANES: usize = if HAS_FLOAT_LANES { 8 } else { 1 };
 
-/// The largest extent, in subpixels, of a triangle that is solved in `f32`.
-const SMALL: i32 = 63 << 8;
+/// The largest extent, in subpixels, of a triangle that is solved in `f32`: its square is under 2³¹.
+const SMALL: i32 = 181 << 8;
 
 /// The largest size, in pixels, of one that is solved in `i32`.
 const COMPACT: i32 = 1023;
@@ -180,7 +180,7 @@ impl Solver {
     }
 }
 
-/// Whether no number of a triangle's edges at its samples exceeds 2²⁹.
+/// Whether no edge function of a triangle exceeds 2³¹ at its bounds' samples.
 #[inline(always)]
 fn is_small(setup: &Setup) -> bool {
     let [a, b, c] = setup.corners();
@@ -224,7 +224,7 @@ pub(crate) trait Real:
 
 impl Real for f32 {
     const UNIT: i64 = 256;
-    const BEYOND: Self = 64.0;
+    const BEYOND: Self = 182.0;
     const ROUNDING: Self = ROUNDING;
 
     #[inline(always)]
@@ -265,7 +265,7 @@ impl Real for f64 {
 }
 
 /// A triangle's edges, relative to the top left pixel of its bounds. What is called E here is floor((E + bias) / UNIT), of
-/// which the sign decides: in a triangle of at most [`SMALL`] subpixels an integer under 2²², in any other under 2⁴⁸.
+/// which the sign decides: in a triangle of at most [`SMALL`] subpixels an integer of at most 2²³, in any other under 2⁴⁸.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lines<T> {
     x: i32,
@@ -623,9 +623,9 @@ mod tests {
 
     #[test]
     fn all_ways_to_solve_a_row_are_the_same() {
-        let sizes = [(3, 1), (20, 1), (62, 1), (62, 128), (300, 1), (1023, 1), (1023, 128), (32_000, 1)];
+        let sizes = [(3, 1), (20, 1), (62, 1), (62, 128), (181, 1), (182, 256), (300, 1), (1023, 1), (1023, 128), (32_000, 1)];
         for (size, step) in sizes {
-            for setup in triangles(size, step, if size < 100 { 1000 } else { 100 }) {
+            for setup in triangles(size, step, if size < 200 { 1000 } else { 100 }) {
                 let bounds = setup.bounds();
                 let (large, compact) = (Lines::large(&setup), Compact::new(&setup, bounds.borders()));
                 let small = is_small(&setup).then(|| Lines::small(&setup));
