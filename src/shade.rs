@@ -25,7 +25,7 @@ use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::minute::Minute;
-use crate::packet::{NARROW, PACKET, Packet, RAMP, WINDOW, copy, copy_windows, place_of, store};
+use crate::packet::{NARROW, PACKET, Packet, RAMP, WINDOW, copy, copy_windows, place_of};
 use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::setup::Setup;
 use crate::state::Statistics;
@@ -671,40 +671,26 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let mut begin = 0;
         for lane in core::mem::take(&mut at.gathered) {
             let Some(&end) = at.ends.get(lane) else { return };
-            let room = (end - begin).next_multiple_of(WINDOW);
-            if room > 0 && self.write_row(band, lane, room, begin, packet).is_none() {
+            if begin < end && self.write_row(band, lane, begin..end, packet).is_none() {
                 return;
             }
             begin = end;
         }
     }
 
-    /// Writes the pixels of a row that stands in the packet from `begin` on.
+    /// Writes the pixels of a row that stands there in the packet.
     #[inline(always)]
     fn write_row(
         &mut self,
         band: &Band,
         lane: usize,
-        room: usize,
-        begin: usize,
+        place: Range<usize>,
         packet: &Packet<'_, F::Color, F::Depth>,
     ) -> Option<()> {
-        let x = band.rows.start[lane];
-        let len = band.rows.end[lane] - x;
-        let run = self.target.run(x, band.y + lane as i32, room);
-        let (to_colors, to_depths) = (run.color.get_mut(..room)?, run.depth.get_mut(..room)?);
-        let from = begin..begin + room;
-        let colors =
-            to_colors.chunks_exact_mut(WINDOW).zip(packet.colors.get(from.clone())?.chunks_exact(WINDOW));
-        let depths = to_depths.chunks_exact_mut(WINDOW).zip(packet.depths.get(from)?.chunks_exact(WINDOW));
-        let mut left = len;
-        for ((to_color, color), (to_depth, depth)) in colors.zip(depths) {
-            write_window(to_color, color, left);
-            if self.test.writes() {
-                write_window(to_depth, depth, left);
-            }
-            left -= WINDOW as i32;
-        }
+        let run = self.target.run(band.rows.start[lane], band.y + lane as i32, place.len());
+        let (to_colors, to_depths) = (run.color.get_mut(..place.len())?, run.depth.get_mut(..place.len())?);
+        let (colors, depths) = (packet.colors.get(place.clone())?, packet.depths.get(place)?);
+        write_both((to_colors, colors), (to_depths, depths), self.test.writes());
         Some(())
     }
 }
@@ -772,22 +758,47 @@ fn skip<D: DepthFormat, const PASSING: bool>(
     from + rest.take_while(|&(&z, &old)| is_skipped(z, old)).count()
 }
 
-/// Writes the first `len` of a window of eight pixels, or all if there are more.
+/// Copies a row of at most [`NARROW`] colours, and as many depths.
+///
+/// Windows of a fixed size, the last of which ends where the row does and so overlaps the one before it: no pixel has to be
+/// chosen, or copied alone.
 #[inline(always)]
-fn write_window<T: Copy>(to: &mut [T], from: &[T], len: i32) {
-    let (Some(to), Some(from)) = (to.first_chunk_mut::<WINDOW>(), from.first_chunk::<WINDOW>()) else {
-        return;
-    };
-    if len >= WINDOW as i32 {
+fn write_both<C: Copy, D: Copy>(colors: (&mut [C], &[C]), depths: (&mut [D], &[D]), writes_depth: bool) {
+    match colors.1.len() {
+        8.. => write_windows::<_, _, 8>(colors, depths, writes_depth),
+        4.. => write_windows::<_, _, 4>(colors, depths, writes_depth),
+        2.. => write_windows::<_, _, 2>(colors, depths, writes_depth),
+        _ => write_windows::<_, _, 1>(colors, depths, writes_depth),
+    }
+}
+
+#[inline(always)]
+fn write_windows<C: Copy, D: Copy, const N: usize>(
+    (to_colors, colors): (&mut [C], &[C]),
+    (to_depths, depths): (&mut [D], &[D]),
+    writes_depth: bool,
+) {
+    let (mut at, last) = (0, colors.len().wrapping_sub(N));
+    loop {
+        write_window::<_, N>(to_colors, colors, at);
+        if writes_depth {
+            write_window::<_, N>(to_depths, depths, at);
+        }
+        if at >= last {
+            return;
+        }
+        at = (at + N).min(last);
+    }
+}
+
+#[inline(always)]
+fn write_window<T: Copy, const N: usize>(to: &mut [T], from: &[T], at: usize) {
+    if let (Some(to), Some(from)) = (
+        to.get_mut(at..at + N).and_then(<[T]>::first_chunk_mut::<N>),
+        from.get(at..at + N).and_then(<[T]>::first_chunk::<N>),
+    ) {
         *to = *from;
-        return;
     }
-    // Selected in a local array: where the choice is between storing and not, the compiler branches, once a pixel.
-    let (mut pixels, new) = (*to, *from);
-    for i in 0..WINDOW {
-        pixels[i] = if (i as i32) < len { new[i] } else { pixels[i] };
-    }
-    store(to, pixels);
 }
 
 /// How far the shading of a band has come.
