@@ -136,10 +136,10 @@ impl<C, D> Packet<'_, C, D> {
     }
 
     /// [`set`](Self::set) from `at` on for a short row of `len`, in windows of eight: as many as `old` has. The last one
-    /// reaches over the row's end. Gives how many of the row pass.
+    /// reaches over the row's end. Gives how many of the row pass. Their colours come with them if they will be `BLENDED`.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "all that a row is made of")]
-    pub(crate) fn set_windows(
+    pub(crate) fn set_windows<const BLENDED: bool>(
         &mut self,
         at: usize,
         len: i32,
@@ -148,9 +148,10 @@ impl<C, D> Packet<'_, C, D> {
         (z_base, dx): (f32, f32),
         plane: RowPlane<'_>,
         test: impl DepthTest,
-        old: &[D],
+        (old_colors, old): (&[C], &[D]),
     ) -> Option<u32>
     where
+        C: Copy,
         D: DepthFormat,
     {
         let place = at..at + old.len();
@@ -163,7 +164,13 @@ impl<C, D> Packet<'_, C, D> {
         let weights = p.zip(q).zip(sum).zip(l).zip(m);
         let mut passing = [0; 4];
         let (mut column, mut left) = (Vec4::splat(dx) + COLUMNS, Vec4::splat(len as f32) - COLUMNS);
-        for (((((p, q), sum), l), m), (z, old)) in weights.zip(z.zip(old.chunks_exact(WINDOW))) {
+        let colors =
+            self.colors.get_mut(place.clone())?.chunks_exact_mut(WINDOW).zip(old_colors.chunks_exact(WINDOW));
+        let depths = z.zip(old.chunks_exact(WINDOW));
+        for (((((p, q), sum), l), m), ((z, old), (color, old_color))) in weights.zip(depths.zip(colors)) {
+            if BLENDED {
+                color.copy_from_slice(old_color);
+            }
             for half in [0, 4] {
                 let ramp = |to: &mut [f32], first: f32, step: f32| {
                     put_four(to, half, Vec4::splat(first) + column * step)
@@ -261,14 +268,6 @@ pub(crate) fn copy<T: Copy>(to: &mut [T], from: &[T]) -> usize {
 pub(crate) fn store<T: Copy, const N: usize>(to: &mut [T; N], pixels: [T; N]) {
     compiler_fence(Ordering::AcqRel);
     *to = pixels;
-}
-
-/// Copies windows of eight pixels.
-#[inline(always)]
-pub(crate) fn copy_windows<T: Copy>(to: &mut [T], from: &[T]) {
-    for (to, from) in to.chunks_exact_mut(WINDOW).zip(from.chunks_exact(WINDOW)) {
-        to.copy_from_slice(from);
-    }
 }
 
 #[inline(always)]

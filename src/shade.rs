@@ -25,7 +25,7 @@ use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::minute::Minute;
-use crate::packet::{NARROW, PACKET, Packet, RAMP, WINDOW, copy, copy_windows, place_of};
+use crate::packet::{NARROW, PACKET, Packet, RAMP, WINDOW, copy, place_of};
 use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::setup::Setup;
 use crate::state::Statistics;
@@ -654,13 +654,11 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let (old_colors, old_depths) = (run.color.get(..room)?, run.depth.get(..room)?);
         let (weights, row) = ((band.base(triangle.shading, lane), band.step), (band.z[lane], dx as f32));
         let (plane, test) = (band.plane(triangle.plane), self.test);
-        let passing = packet.set_windows(filled, len, weights, (x, y), row, plane, test, old_depths)?;
+        let old = (old_colors, old_depths);
+        let passing = packet.set_windows::<BLENDS>(filled, len, weights, (x, y), row, plane, test, old)?;
         self.expects_all = passing == len.unsigned_abs();
         if !self.expects_all {
             return if passing == 0 { Some(0) } else { None };
-        }
-        if BLENDS {
-            copy_windows(packet.colors.get_mut(filled..filled + room)?, old_colors);
         }
         Some(len as usize)
     }

@@ -623,7 +623,18 @@ mod tests {
 
     #[test]
     fn all_ways_to_solve_a_row_are_the_same() {
-        let sizes = [(3, 1), (20, 1), (62, 1), (62, 128), (181, 1), (182, 256), (300, 1), (1023, 1), (1023, 128), (32_000, 1)];
+        let sizes = [
+            (3, 1),
+            (20, 1),
+            (62, 1),
+            (62, 128),
+            (181, 1),
+            (182, 256),
+            (300, 1),
+            (1023, 1),
+            (1023, 128),
+            (32_000, 1),
+        ];
         for (size, step) in sizes {
             for setup in triangles(size, step, if size < 200 { 1000 } else { 100 }) {
                 let bounds = setup.bounds();
