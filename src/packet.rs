@@ -162,8 +162,11 @@ impl<C, D> Packet<'_, C, D> {
         let m = self.m.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
         let z = self.z.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
         let weights = p.zip(q).zip(sum).zip(l).zip(m);
-        let mut passing = [0; 4];
-        let (mut column, mut left) = (Vec4::splat(dx) + COLUMNS, Vec4::splat(len as f32) - COLUMNS);
+        let mut passing = [0; WINDOW];
+        let (mut column, mut index) = ([0.0; WINDOW], [0i32; WINDOW]);
+        for i in 0..WINDOW {
+            (column[i], index[i]) = (dx + RAMP[i], i as i32);
+        }
         let colors =
             self.colors.get_mut(place.clone())?.chunks_exact_mut(WINDOW).zip(old_colors.chunks_exact(WINDOW));
         let depths = z.zip(old.chunks_exact(WINDOW));
@@ -171,22 +174,31 @@ impl<C, D> Packet<'_, C, D> {
             if BLENDED {
                 color.copy_from_slice(old_color);
             }
-            for half in [0, 4] {
-                let ramp = |to: &mut [f32], first: f32, step: f32| {
-                    put_four(to, half, Vec4::splat(first) + column * step)
-                };
-                ramp(p, base.p, step.p);
-                ramp(q, base.q, step.q);
-                ramp(sum, base.sum, step.sum);
-                ramp(l, base.l, step.l);
-                ramp(m, base.m, step.m);
-                let new = plane.moved_four(z_base, column);
-                put_four(z, half, new);
-                let (new, inside) = (new.to_array(), left.to_array());
-                for i in 0..4 {
-                    passing[i] += u32::from(passes(test, new[i], old[half + i]) & (inside[i] > 0.0));
+            let ramp = |to: &mut [f32], first: f32, step: f32| {
+                let Some(to) = to.first_chunk_mut::<WINDOW>() else { return };
+                let mut new = [0.0; WINDOW];
+                for i in 0..WINDOW {
+                    new[i] = first + column[i] * step;
                 }
-                (column, left) = (column + 4.0, left - 4.0);
+                *to = new;
+            };
+            ramp(p, base.p, step.p);
+            ramp(q, base.q, step.q);
+            ramp(sum, base.sum, step.sum);
+            ramp(l, base.l, step.l);
+            ramp(m, base.m, step.m);
+            let (Some(z), Some(old)) = (z.first_chunk_mut::<WINDOW>(), old.first_chunk::<WINDOW>()) else { return None };
+            let mut new = [0.0; WINDOW];
+            for i in 0..WINDOW {
+                new[i] = plane.moved(z_base, column[i]);
+            }
+            *z = new;
+            for i in 0..WINDOW {
+                passing[i] += u32::from(passes(test, new[i], old[i]) & (index[i] < len));
+            }
+            for i in 0..WINDOW {
+                column[i] += WINDOW as f32;
+                index[i] += WINDOW as i32;
             }
         }
         let (xs, ys) = (self.x.get_mut(place.clone())?, self.y.get_mut(place)?);
