@@ -10,7 +10,7 @@ use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::plane::{LanePlane, RowPlane};
-use crate::tiny::{COLUMNS, SIDE, Tiny};
+use crate::tiny::{SIDE, Tiny};
 use crate::traverse::HAS_FLOAT_LANES;
 
 /// How many fragments are in flight: enough for SIMD to be worth its overhead, and little enough for the first-level
@@ -174,6 +174,7 @@ impl<C, D> Packet<'_, C, D> {
             if BLENDED {
                 color.copy_from_slice(old_color);
             }
+            // One step at a time for all lanes: each loop becomes one operation or two.
             let ramp = |to: &mut [f32], first: f32, step: f32| {
                 let Some(to) = to.first_chunk_mut::<WINDOW>() else { return };
                 let mut new = [0.0; WINDOW];
@@ -187,7 +188,9 @@ impl<C, D> Packet<'_, C, D> {
             ramp(sum, base.sum, step.sum);
             ramp(l, base.l, step.l);
             ramp(m, base.m, step.m);
-            let (Some(z), Some(old)) = (z.first_chunk_mut::<WINDOW>(), old.first_chunk::<WINDOW>()) else { return None };
+            let (Some(z), Some(old)) = (z.first_chunk_mut::<WINDOW>(), old.first_chunk::<WINDOW>()) else {
+                return None;
+            };
             let mut new = [0.0; WINDOW];
             for i in 0..WINDOW {
                 new[i] = plane.moved(z_base, column[i]);

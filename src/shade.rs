@@ -320,7 +320,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     let (len, x) = (end - begin, band.rows.start[lane]);
                     // An empty row may lie beside the area.
                     if len > 0 {
-                        restore(begin, len, (x, band.y + lane as i32), len.next_multiple_of(WINDOW));
+                        restore(begin, len, (x, band.y + lane as i32), len);
                     }
                     begin = end;
                 }
