@@ -5,7 +5,7 @@
 
 #![expect(
     clippy::cast_possible_truncation,
-    reason = "within three pixels edge functions are under 2²¹, and places under 2⁴"
+    reason = "within three pixels edge functions are under 2²¹, and places under 2⁵"
 )]
 
 use crate::setup::Setup;
@@ -26,7 +26,7 @@ pub(crate) struct Minute<'a> {
 pub(crate) struct Place {
     pub(crate) x: i32,
     pub(crate) y: i32,
-    /// Its place from the top left on, in windows of eight.
+    /// Its place from the top left on, 16 a row: see [`place_of`](crate::packet::place_of).
     pub(crate) place: u8,
     /// The edge functions.
     pub(crate) edges: [f32; 3],

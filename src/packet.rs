@@ -35,7 +35,7 @@ pub(crate) struct Packet<'a, C, D> {
     pub(crate) depths: &'a mut [D; PACKET],
     /// Which of them were discarded: not 0. All are 0 between packets.
     pub(crate) discarded: &'a mut [u32; PACKET],
-    /// A packet of a tiny triangle remembers where in its windows each fragment belongs: eight lanes a row.
+    /// A packet of a tiny triangle remembers where in its windows each fragment belongs: see [`place_of`].
     pub(crate) places: &'a mut [u8; PLACES],
 }
 
@@ -48,8 +48,8 @@ pub(crate) fn place_of(place: u8) -> (i32, i32) {
     (i32::from(place) & 15, i32::from(place) >> 4)
 }
 
-/// Room for the most fragments of a tiny triangle, of which four are added at a time: no more than half of its bounds, and
-/// samples beside its longest edge.
+/// Room for the fragments of a tiny triangle. They are at most some 150, of which four at a time are added: all of its bounds
+/// are more than enough.
 pub(crate) const PLACES: usize = (SIDE * SIDE) as usize;
 
 /// The places of the lanes of a word, in rows of `lanes`; and of none.

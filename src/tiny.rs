@@ -5,7 +5,7 @@
 //! of 4, 8, 12 or 16 samples, one in each SIMD lane, whose coverage and depth are worked out from its own edge functions. Those
 //! that pass are bits, and the fragments of all rows are put one after the other into one packet.
 //!
-//! Rows are computed in glam's `Vec4`, which is SIMD on every target that has it: out of plain arrays of eight, compilers
+//! Rows are computed in glam's `Vec4`, which is SIMD on every target that has it: out of plain arrays of lanes, compilers
 //! made something else for odd lanes.
 
 use glam::Vec4;
@@ -58,7 +58,7 @@ pub(crate) struct Tiny {
     pub(crate) rows: i32,
     /// How many lanes a window has: 4, 8, 12 or 16.
     pub(crate) lanes: i32,
-    /// The columns of the window that may be drawn to: this one, up to this one.
+    /// Columns `left .. right` of the window may be drawn to; none, if these are not in order.
     left: i32,
     right: i32,
     /// How far right of the leftmost sample of the triangle's bounds the window begins.
@@ -114,7 +114,7 @@ impl Tiny {
         self.lanes.min(target.right - self.x) as usize
     }
 
-    /// The lanes of each row that may be drawn to, a bit each.
+    /// The lanes of each row that may be drawn to, a bit each, unless it [is empty](Self::is_empty).
     #[inline(always)]
     pub(crate) fn may_draw(&self) -> u32 {
         (1u32.wrapping_shl((self.right - self.left) as u32) - 1).wrapping_shl(self.left as u32)

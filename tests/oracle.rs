@@ -362,11 +362,13 @@ fn triangles_as_large_as_the_guard_band() {
 
 #[test]
 fn triangles_just_small_and_just_large_enough_for_the_other_path() {
-    // Where the way of solving rows changes: extents of 63 pixels.
-    run(8, 300, SOME_W, |random| {
+    // Where fragments start to be measured from an anchor: extents of 16 pixels. And where the way of solving rows changes,
+    // which nobody may notice: 181 pixels.
+    run(8, 600, SOME_W, |random| {
         let [x, y] = grid_point(random, 1.0 / 256.0, 256 * 20);
-        let extent = 63.0 + random.between(-3, 3) as f32 / 256.0;
-        let third = [random.range(-8.0, 63.0), random.range(0.0, 63.0)];
+        let limit = random.choose(&[16.0, 181.0]);
+        let extent = limit + random.between(-3, 3) as f32 / 256.0;
+        let third = [random.range(-limit / 8.0, limit), random.range(0.0, limit)];
         let second = random.choose(&[[x + extent, y], [x, y + extent], [x + extent, y + extent]]);
         [[x, y], second, [x + third[0], y + third[1]]]
     });
