@@ -181,6 +181,14 @@ impl Setup {
         Borders { top: first_sample(a.y()), ..sample_bounds(a, b, c) }
     }
 
+    /// The larger of its width and height, in subpixels.
+    #[inline(always)]
+    pub(crate) fn extent(&self) -> i32 {
+        let [a, b, c] = self.corners;
+        let extent = |a: i32, b: i32, c: i32| a.max(b).max(c) - a.min(b).min(c);
+        extent(a.x(), b.x(), c.x()).max(extent(a.y(), b.y(), c.y()))
+    }
+
     /// Its edge functions; edge `i` lies opposite corner `i`, so that barycentric `i` is `edges[i] / area2`.
     #[inline(always)]
     #[must_use]

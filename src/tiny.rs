@@ -33,9 +33,7 @@ pub(crate) const fn rows_per_word(lanes: usize) -> usize {
 /// Whether a triangle's fragments start from their own edge functions, and not from those at an anchor.
 #[inline(always)]
 pub(crate) fn is_tiny(setup: &Setup) -> bool {
-    let [a, b, c] = setup.corners();
-    let extent = |a: i32, b: i32, c: i32| a.max(b).max(c) - a.min(b).min(c);
-    extent(a.x(), b.x(), c.x()).max(extent(a.y(), b.y(), c.y())) <= SIDE << 8
+    setup.extent() <= SIDE << 8
 }
 
 /// What the edge functions at a row's samples are made of: of a wide window, those at the leftmost sample of the triangle's
@@ -285,13 +283,8 @@ mod tests {
     fn samples<const N: usize>(setup: &Setup, tiny: &Tiny, plane: &LanePlane) -> Vec<(i32, i32)> {
         let (mut samples, mut row) = (Vec::new(), tiny.first_row::<N>());
         for y in tiny.y..tiny.y + tiny.rows {
-            let chosen = tiny.chosen(
-                row,
-                plane,
-                Less,
-                &[1.0f32; N],
-                if tiny.is_empty() { 0 } else { tiny.may_draw() },
-            );
+            let may_draw = if tiny.is_empty() { 0 } else { tiny.may_draw() };
+            let chosen = tiny.chosen(row, plane, Less, &[1.0f32; N], may_draw);
             for lane in (0..N).filter(|lane| chosen >> lane & 1 == 1) {
                 let x = tiny.x + lane as i32;
                 let values = tiny.edges::<N>(row, lane / 4).map(|edge| edge.to_array()[lane % 4]);

@@ -183,9 +183,7 @@ impl Solver {
 /// Whether no edge function of a triangle exceeds 2³¹ at its bounds' samples.
 #[inline(always)]
 fn is_small(setup: &Setup) -> bool {
-    let [a, b, c] = setup.corners();
-    let extent = |a: i32, b: i32, c: i32| a.max(b).max(c) - a.min(b).min(c);
-    extent(a.x(), b.x(), c.x()) <= SMALL && extent(a.y(), b.y(), c.y()) <= SMALL
+    setup.extent() <= SMALL
 }
 
 /// At which end of a row 1/w is smaller. From there it grows along the row, so that no rounding error can exceed it.

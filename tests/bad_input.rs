@@ -828,6 +828,7 @@ impl Framebuffer for Strict {
         let [x, y] = [x, y].map(|at| usize::try_from(at).expect("inside"));
         assert!(width > 0 && x + width <= 64, "{width} pixels from column {x}");
         assert!(height > 0 && y + height <= 64, "{height} rows from {y}");
+        assert!(width <= 16 && height <= 16, "no larger than documented: {width} by {height}");
         let place = 64 * y + x..64 * (y + height - 1) + x + width;
         let (color, depth) = (&mut self.color[place.clone()], &mut self.depth[place]);
         self.lends_blocks.then_some(Block { color, depth, stride: 64 })
