@@ -28,14 +28,23 @@ const scratch = mkdtempSync(join(tmpdir(), "halfplane-page-"));
 const nobody = 65534;
 const user = process.getuid?.() === 0 ? { uid: nobody, gid: nobody } : {};
 if (user.uid) chownSync(scratch, nobody, nobody);
-const discard = () => rmSync(scratch, { recursive: true, force: true, maxRetries: 5, retryDelay: 200 });
+/// Removes it. The browser's helpers outlive it by a moment and may still be writing: then again, for ten seconds at most.
+async function discard(tries = 50) {
+  try {
+    rmSync(scratch, { recursive: true, force: true });
+  } catch (error) {
+    if (tries === 0) throw error;
+    await new Promise((resolve) => setTimeout(resolve, 200));
+    await discard(tries - 1);
+  }
+}
 const browser = spawn(process.env.CHROMIUM ?? "chromium", [
   "--headless", "--disable-gpu", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync", `--user-data-dir=${join(scratch, "profile")}`, "--remote-debugging-pipe",
   "--window-size=1000,640",
 ], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"], env: { ...process.env, TMPDIR: scratch, HOME: scratch }, ...user });
-browser.once("error", (error) => {
-  discard();
+browser.once("error", async (error) => {
+  await discard();
   throw error;
 });
 const gone = new Promise((resolve) => browser.once("exit", resolve));
@@ -208,5 +217,5 @@ try {
   browser.kill();
   await gone;
   server.close();
-  discard();
+  await discard();
 }
