@@ -1,11 +1,12 @@
-//! How this crate draws a workload, as a renderer's author would write it: one draw call, but for what is blended.
+//! How this crate draws a workload, as a renderer's author would write it: a mesh in one draw call, and a few large
+//! triangles, or many that are blended, in bands that fit in the cache.
 
 use core::ops::Range;
 
-use halfplane::glam::Vec4;
+use halfplane::glam::{Vec2, Vec4};
 use halfplane::{
-    Attributes, CoarseDepth, Computed, CullMode, Fragment, Framebuffer, Grid, IndexBuffer, Less, Primitives,
-    ProjectedVertex, Rasterizer, Record, Rect, Statistics, Surface, Varyings, Viewport,
+    Attributes, Binned, CoarseDepth, Computed, CullMode, Fragment, Framebuffer, Grid, IndexBuffer, Less,
+    Primitives, ProjectedVertex, Rasterizer, Record, Rect, Statistics, Surface, Varyings, Viewport,
 };
 
 use crate::workloads::{
@@ -14,19 +15,19 @@ use crate::workloads::{
 
 halfplane::varyings!(Lit { normal, uv });
 
-/// A frame that the workloads fit in, and room for their vertices.
+/// A frame that the workloads fit in, and room for their vertices and triangles.
 pub struct Canvas {
     pub color: Vec<u32>,
     pub depth: Vec<f32>,
     bounds: Vec<f32>,
-    room: Vec<ProjectedVertex>,
     indices: IndexBuffer<Vec<u32>>,
-    /// Triangles of the blended workload.
-    records: Vec<Record<[f32; 4]>>,
+    room: Vec<ProjectedVertex>,
+    checkers: Bands<Vec2>,
+    blended: Bands<[f32; 4]>,
 }
 
-/// Rows of a band: with colour and depth, a megabyte.
-const BAND: u32 = 64;
+/// The pixels of some rows, with coarse depth.
+type Target<'a> = CoarseDepth<'a, Surface<&'a mut [u32], &'a mut [f32]>>;
 
 impl Canvas {
     /// A frame to be cleared.
@@ -37,16 +38,22 @@ impl Canvas {
             color: vec![0; pixels],
             depth: vec![0.0; pixels],
             bounds: vec![0.0; bounds],
-            room: Vec::new(),
             indices: IndexBuffer::new(Vec::new()),
-            records: Vec::new(),
+            room: Vec::new(),
+            checkers: Bands::default(),
+            blended: Bands::default(),
         }
     }
 
-    /// What a renderer does when it loads a mesh: room for its vertices, and its indices in a buffer.
+    /// What a renderer does when it loads a mesh: its indices in a buffer, and room for its vertices and triangles.
     pub fn prepare(&mut self, workload: &Workload) {
         self.indices = IndexBuffer::new(workload.indices.clone());
         self.room.resize(workload.positions.len(), ProjectedVertex::default());
+        match workload.shading {
+            Shading::Checker(_) => self.checkers.prepare(workload),
+            Shading::Blend(_) => self.blended.prepare(workload),
+            _ => {}
+        }
     }
 
     pub fn clear(&mut self) {
@@ -57,94 +64,121 @@ impl Canvas {
 
     /// Draws into all rows, or some; every vertex is transformed and projected first, once.
     pub fn draw(&mut self, workload: &Workload, rows: Range<u32>) -> Statistics {
+        let target = target(&mut self.color, &mut self.depth, &mut self.bounds, rows);
+        let (primitives, room) = (Primitives::list().indexed_by(&self.indices), &mut self.room[..]);
+        let scene = Scene { workload, target, primitives, room };
         match &workload.shading {
-            Shading::DepthOnly => self.draw_depth(workload, rows),
-            Shading::Checker(uvs) => {
-                self.draw_opaque(workload, rows, uvs.as_slice(), |fragment| checker(fragment.varyings()))
-            }
+            Shading::DepthOnly => scene.draw_depth(),
             Shading::LitChecker(varyings) => {
-                self.draw_opaque(workload, rows, varyings.as_slice(), |fragment| {
-                    lit_checker(fragment.varyings())
+                scene.draw(varyings.as_slice(), |fragment| lit_checker(fragment.varyings()))
+            }
+            Shading::LitTexture(varyings, texture) => scene.draw(varyings.as_slice(), |fragment| {
+                let (dx, dy) = (fragment.varyings_dx().uv, fragment.varyings_dy().uv);
+                lit_texture(texture, fragment.varyings(), dx, dy)
+            }),
+            Shading::Checker(uvs) => {
+                self.checkers.draw(scene, uvs.as_slice(), |rasterizer, target, triangles| {
+                    rasterizer.draw_prepared(target, triangles, |fragment| checker(fragment.varyings()))
                 })
             }
-            Shading::LitTexture(varyings, texture) => {
-                self.draw_opaque(workload, rows, varyings.as_slice(), |fragment| {
-                    let (dx, dy) = (fragment.varyings_dx().uv, fragment.varyings_dy().uv);
-                    lit_texture(texture, fragment.varyings(), dx, dy)
+            Shading::Blend(colors) => {
+                let colors = Computed::new(colors.len(), |i| colors[i].to_array());
+                self.blended.draw(scene, colors, |rasterizer, target, triangles| {
+                    let shade = |fragment: Fragment<'_, _>, under| blend(fragment.varyings(), under);
+                    rasterizer.draw_prepared_over(target, triangles, shade)
                 })
             }
-            Shading::Blend(colors) => self.draw_blended(workload, rows, colors),
         }
     }
+}
 
+/// Some rows of a frame.
+fn target<'a>(
+    color: &'a mut [u32],
+    depth: &'a mut [f32],
+    bounds: &'a mut [f32],
+    rows: Range<u32>,
+) -> Target<'a> {
+    let area = Rect { x: 0, y: rows.start as i32, width: WIDTH, height: rows.end - rows.start };
+    let skipped = CoarseDepth::bounds_len(Rect::of_size(WIDTH, rows.start));
+    let pixels = (rows.start * WIDTH) as usize..(rows.end * WIDTH) as usize;
+    let (color, depth) = (&mut color[pixels.clone()], &mut depth[pixels]);
+    let surface = Surface::with_planes(color, depth, area, WIDTH as usize).expect("slices of this size");
+    CoarseDepth::new(surface, &mut bounds[skipped..], Less).expect("enough for all")
+}
+
+/// What is drawn, where to, and room for its vertices.
+struct Scene<'a> {
+    workload: &'a Workload,
+    target: Target<'a>,
+    primitives: Primitives<'a>,
+    room: &'a mut [ProjectedVertex],
+}
+
+impl Scene<'_> {
     /// One draw call.
-    fn draw_opaque<V: Varyings>(
-        &mut self,
-        workload: &Workload,
-        rows: Range<u32>,
+    fn draw<V: Varyings>(
+        mut self,
         varyings: impl Attributes<Value = V>,
         shade: impl FnMut(Fragment<'_, V>) -> u32,
     ) -> Statistics {
-        let (mut target, primitives, room) = self.parts(rows);
-        let rasterizer = rasterizer(workload);
-        let vertices = rasterizer.project(positions(workload), room).expect("prepared");
-        rasterizer.draw(&mut target, primitives, vertices, varyings, shade).expect("valid indices")
+        let rasterizer = rasterizer(self.workload);
+        let vertices = rasterizer.project(positions(self.workload), self.room).expect("prepared");
+        rasterizer.draw(&mut self.target, self.primitives, vertices, varyings, shade).expect("valid indices")
     }
 
-    /// Over what is there, band by band: each is in the cache while all triangles that touch it are blended. Where every
-    /// pixel is read and written several times, that is half of the time.
-    fn draw_blended(&mut self, workload: &Workload, rows: Range<u32>, colors: &[Vec4]) -> Statistics {
-        let triangles = workload.indices.len() / 3;
-        let mut records = core::mem::take(&mut self.records);
-        records.resize(triangles, Record::default());
-        let (mut target, primitives, room) = self.parts(rows);
-        let grid = Grid::new(target.area(), WIDTH, BAND).expect("a small frame");
-        let mut memory = vec![0; Grid::bin_memory(grid.len(), grid.len() + 2 * triangles)];
+    /// One draw call without colour.
+    fn draw_depth(mut self) -> Statistics {
+        let rasterizer = rasterizer::<()>(self.workload);
+        let vertices = rasterizer.project(positions(self.workload), self.room).expect("prepared");
+        rasterizer.draw_depth(&mut self.target, self.primitives, vertices).expect("valid indices")
+    }
+}
+
+/// Room for triangles, and for the numbers of those that touch each band.
+#[derive(Default)]
+struct Bands<V> {
+    records: Vec<Record<V>>,
+    memory: Vec<u32>,
+}
+
+impl<V: Varyings + Default> Bands<V> {
+    /// Rows of a band: with colour and depth, a megabyte.
+    const HEIGHT: u32 = 64;
+
+    /// Most triangles touch a band or two; if there are few, each may touch all.
+    fn prepare(&mut self, workload: &Workload) {
+        let (triangles, bands) = (workload.indices.len() / 3, HEIGHT.div_ceil(Self::HEIGHT) as usize);
+        self.records.resize(triangles, Record::default());
+        self.memory.resize(Grid::bin_memory(bands, bands * triangles.min(1000) + 2 * triangles), 0);
+    }
+
+    /// Band by band: each is in the cache while all triangles that touch it are drawn. Where every pixel is read and written
+    /// several times, that is up to half of the time.
+    fn draw(
+        &mut self,
+        Scene { workload, mut target, primitives, room }: Scene<'_>,
+        varyings: impl Attributes<Value = V>,
+        draw: impl Fn(&Rasterizer<V>, &mut Target<'_>, Binned<'_, '_, V>) -> Statistics,
+    ) -> Statistics {
         let mut rasterizer = rasterizer(workload);
         let vertices = rasterizer.project(positions(workload), room).expect("prepared");
-        let colors = Computed::new(colors.len(), |i| colors[i].to_array());
-        let shade = |fragment: Fragment<'_, [f32; 4]>, under| blend(fragment.varyings(), under);
-
+        let grid = Grid::new(target.area(), WIDTH, Self::HEIGHT).expect("a small frame");
         let mut preparation =
-            rasterizer.prepare(target.area(), primitives, vertices, colors).expect("valid indices");
+            rasterizer.prepare(target.area(), primitives, vertices, varyings).expect("valid indices");
         let mut statistics = Statistics::default();
-        while let Some(mut batch) = preparation.fill(&mut records).expect("there is room") {
+        while let Some(mut batch) = preparation.fill(&mut self.records).expect("there is room") {
             while !batch.is_empty() {
-                let bins = rasterizer.bin(&grid, batch, &mut memory).expect("long enough");
+                let bins = rasterizer.bin(&grid, batch, &mut self.memory).expect("long enough");
                 for (index, band) in grid.tiles().enumerate() {
                     rasterizer.scissor = Some(band);
-                    statistics += rasterizer.draw_prepared_over(&mut target, bins.tile(index), shade);
+                    statistics += draw(&rasterizer, &mut target, bins.tile(index));
                 }
                 batch = bins.rest();
             }
         }
         statistics += preparation.statistics();
-        drop(target);
-        self.records = records;
         statistics
-    }
-
-    /// One draw call without colour.
-    fn draw_depth(&mut self, workload: &Workload, rows: Range<u32>) -> Statistics {
-        let (mut target, primitives, room) = self.parts(rows);
-        let rasterizer = rasterizer::<()>(workload);
-        let vertices = rasterizer.project(positions(workload), room).expect("prepared");
-        rasterizer.draw_depth(&mut target, primitives, vertices).expect("valid indices")
-    }
-
-    /// Some rows of the frame, with coarse depth; the triangles; and room for vertices.
-    fn parts(
-        &mut self,
-        rows: Range<u32>,
-    ) -> (impl Framebuffer<Color = u32>, Primitives<'_>, &mut [ProjectedVertex]) {
-        let area = Rect { x: 0, y: rows.start as i32, width: WIDTH, height: rows.end - rows.start };
-        let skipped = Rect::of_size(WIDTH, rows.start);
-        let pixels = (rows.start * WIDTH) as usize..(rows.end * WIDTH) as usize;
-        let (color, depth) = (&mut self.color[pixels.clone()], &mut self.depth[pixels]);
-        let bounds = &mut self.bounds[CoarseDepth::bounds_len(skipped)..];
-        let surface = Surface::with_planes(color, depth, area, WIDTH as usize).expect("slices of this size");
-        let target = CoarseDepth::new(surface, bounds, Less).expect("enough for all");
-        (target, Primitives::list().indexed_by(&self.indices), &mut self.room)
     }
 }
 
