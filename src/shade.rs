@@ -294,9 +294,10 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         match work {
             &Work::Tiny(origin, len) => {
                 let Some(places) = places.get(..len) else { return };
-                self.for_each_place(origin, places, |i, &mut color, &mut depth| {
-                    if discarded.get(i) == Some(&1) {
-                        (colors[i], depths[i]) = (color, depth);
+                let pixels = discarded.iter().zip(colors.iter_mut().zip(depths.iter_mut()));
+                self.for_each_place(origin, places, pixels, |(discarded, pixel), &mut color, &mut depth| {
+                    if *discarded == 1 {
+                        (*pixel.0, *pixel.1) = (color, depth);
                     }
                 });
             }
@@ -422,13 +423,14 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         found
     }
 
-    /// Visits the pixels at some places, which are counted from (x, y), with their numbers.
+    /// Visits the framebuffer's pixels at some places, which are counted from (x, y), each with one of the packet's.
     #[inline(always)]
-    fn for_each_place(
+    fn for_each_place<P>(
         &mut self,
         (x, y): (i32, i32),
         places: &[u8],
-        mut visit: impl FnMut(usize, &mut F::Color, &mut F::Depth),
+        pixels: impl Iterator<Item = P>,
+        mut visit: impl FnMut(P, &mut F::Color, &mut F::Depth),
     ) {
         // Places are in order: down to the last one's row, and over windows as wide as the framebuffer has them. For a pixel
         // or two, a block is not worth asking for.
@@ -442,19 +444,19 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         if let Some(Block { color, depth, stride }) = block {
             let len = color.len().min(depth.len());
             let (Some(color), Some(depth)) = (color.get_mut(..len), depth.get_mut(..len)) else { return };
-            for (i, &place) in places.iter().enumerate() {
+            for (&place, pixel) in places.iter().zip(pixels) {
                 let (dx, dy) = place_of(place);
                 let at = (dy as usize).wrapping_mul(stride).wrapping_add(dx as usize);
                 if let (Some(color), Some(depth)) = (color.get_mut(at), depth.get_mut(at)) {
-                    visit(i, color, depth);
+                    visit(pixel, color, depth);
                 }
             }
         } else {
-            for (i, &place) in places.iter().enumerate() {
+            for (&place, pixel) in places.iter().zip(pixels) {
                 let (dx, dy) = place_of(place);
                 let run = self.target.run(x + dx, y + dy, 1);
                 if let (Some(color), Some(depth)) = (run.color.first_mut(), run.depth.first_mut()) {
-                    visit(i, color, depth);
+                    visit(pixel, color, depth);
                 }
             }
         }
@@ -463,27 +465,32 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     /// Reads the colours that a tiny triangle is blended with.
     #[inline(always)]
     fn read_tiny(&mut self, tiny: &Tiny, len: usize, packet: &mut Packet<'_, F::Color, F::Depth>) {
-        let Packet { places, colors, .. } = packet;
-        let Some(places) = places.get(..len) else { return };
-        self.for_each_place((tiny.x, tiny.y), places, |i, color, _| {
-            if let Some(to) = colors.get_mut(i) {
-                *to = *color;
-            }
-        });
+        let (Some(places), Some(colors)) = (packet.places.get(..len), packet.colors.get_mut(..len)) else {
+            return;
+        };
+        self.for_each_place((tiny.x, tiny.y), places, colors.iter_mut(), |to, color, _| *to = *color);
     }
 
     /// Writes the pixels of a tiny triangle.
     #[inline(always)]
     fn write_tiny(&mut self, origin: (i32, i32), len: usize, packet: &Packet<'_, F::Color, F::Depth>) {
-        let (Some(places), writes) = (packet.places.get(..len), self.test.writes()) else { return };
-        self.for_each_place(origin, places, |i, to_color, to_depth| {
-            if let (Some(&color), Some(&depth)) = (packet.colors.get(i), packet.depths.get(i)) {
-                *to_color = color;
+        let (Some(places), Some(colors), Some(depths)) =
+            (packet.places.get(..len), packet.colors.get(..len), packet.depths.get(..len))
+        else {
+            return;
+        };
+        let writes = self.test.writes();
+        self.for_each_place(
+            origin,
+            places,
+            colors.iter().zip(depths),
+            |(color, depth), to_color, to_depth| {
+                *to_color = *color;
                 if writes {
-                    *to_depth = depth;
+                    *to_depth = *depth;
                 }
-            }
-        });
+            },
+        );
     }
 
     /// Reads a pixel of each cache line of a band's narrow rows, all at once: where the framebuffer is larger than the
