@@ -101,6 +101,40 @@ pub fn packed_blend(scene: &mut Scene<'_, [f32; 4]>) -> bool {
     })
 }
 
+/// Some light, and what takes many instructions.
+#[inline(always)]
+fn large(fragment: Fragment<'_, Lit>) -> u32 {
+    let Lit { normal, uv } = fragment.varyings();
+    let mut sum = 1.0 / normal.dot(normal).sqrt();
+    for i in 0..12 {
+        let x = uv.x * (1.0 + i as f32) + uv.y;
+        sum = sum * 0.5 + (x - floor_to_i32(x) as f32) * normal.z;
+    }
+    pack_rgba8(Vec4::new(uv.x * sum, uv.y * sum, sum, 1.0))
+}
+
+/// A closure in two draws.
+#[inline(always)]
+fn twice(scene: &mut Scene<'_, Lit>, shade: impl Copy + Fn(Fragment<'_, Lit>, u32) -> u32) -> bool {
+    draw(scene, shade) & draw(scene, shade)
+}
+
+/// The attribute, which Rust allows before a closure that is an argument, brings it into both.
+#[inline(never)]
+pub fn packed_twice(scene: &mut Scene<'_, Lit>) -> bool {
+    twice(
+        scene,
+        #[inline(always)]
+        |fragment, _| large(fragment),
+    )
+}
+
+/// Without it, the closure becomes a function of its own, for one fragment.
+#[inline(never)]
+pub fn scalar_twice(scene: &mut Scene<'_, Lit>) -> bool {
+    twice(scene, |fragment, _| large(fragment))
+}
+
 /// What shows that the check can fail: a branch that cannot become a selection.
 #[inline(never)]
 pub fn scalar_branch(scene: &mut Scene<'_, Vec2>) -> bool {
