@@ -376,7 +376,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         P: Positions,
         A: Attributes<Value = V>,
     {
-        let geometry = self.geometry(primitives, positions, &varyings, self.render_area_in(area))?;
+        // The scissor is that of each draw.
+        let area = self.viewport.pixels().intersection(area);
+        let geometry = self.geometry(primitives, positions, &varyings, area)?;
         Ok(Preparation { geometry, varyings })
     }
 
@@ -386,7 +388,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     /// [bins](Rasterizer::bin) find those that do not. The statistics count fragments, and no primitives.
     ///
     /// The viewport, clip depth and depth clip must be those that the records were prepared with. Everything else may
-    /// differ: scissor, depth bias, depth test.
+    /// differ: scissor, depth bias, depth test. (Culling, front face and provoking vertex were decided by
+    /// [`prepare`](Self::prepare), which does not look at the scissor.)
     ///
     /// # Examples
     /// See [`prepare`](Self::prepare).

@@ -187,13 +187,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     /// The pixels that a draw may touch: viewport ∩ scissor ∩ the framebuffer's area.
     #[inline(always)]
     pub fn render_area(&self, target: &impl Framebuffer) -> Rect {
-        self.render_area_in(target.area())
-    }
-
-    /// The pixels of `area` that a draw may touch.
-    #[inline(always)]
-    pub(crate) fn render_area_in(&self, area: Rect) -> Rect {
-        let area = self.viewport.pixels().intersection(area);
+        let area = self.viewport.pixels().intersection(target.area());
         self.scissor.map_or(area, |scissor| area.intersection(scissor))
     }
 

@@ -183,9 +183,9 @@ impl Setup {
 
     /// The larger of its width and height, in subpixels.
     #[inline(always)]
-    pub(crate) fn extent(&self) -> i32 {
+    pub(crate) fn extent(&self) -> u32 {
         let [a, b, c] = self.corners;
-        let extent = |a: i32, b: i32, c: i32| a.max(b).max(c) - a.min(b).min(c);
+        let extent = |a: i32, b: i32, c: i32| a.max(b).max(c).abs_diff(a.min(b).min(c));
         extent(a.x(), b.x(), c.x()).max(extent(a.y(), b.y(), c.y()))
     }
 

@@ -437,7 +437,11 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let block = match places {
             &[_, _, .., last] => {
                 let width = SIDE.min(self.target_area.right - x) as usize;
-                self.target.block(x, y, width, place_of(last).1 as usize + 1)
+                let height = place_of(last).1 as usize + 1;
+                self.target.block(x, y, width, height).filter(|block| {
+                    let len = (height - 1).wrapping_mul(block.stride).wrapping_add(width);
+                    len <= block.color.len().min(block.depth.len())
+                })
             }
             _ => None,
         };

@@ -375,17 +375,24 @@ impl<T: Copy> Plane for &mut [T] {
     }
 
     fn split(self, middle: usize) -> (Self, Self) {
+        let middle = middle.min((*self).len());
         self.split_at_mut_checked(middle).unwrap_or_default()
     }
 }
 
-/// The colour or depth plane of a surface that has none. Takes no memory; lends slices of `()`.
-#[derive(Clone, Copy, Debug)]
-pub struct Absent([(); 2 * EXTENT as usize]);
+/// The colour or depth plane of a surface that has none. Takes no memory; lends slices of `()` of any length.
+#[derive(Clone, Copy)]
+pub struct Absent([(); usize::MAX]);
 
 impl Default for Absent {
     fn default() -> Self {
-        Self([(); 2 * EXTENT as usize])
+        Self([(); usize::MAX])
+    }
+}
+
+impl core::fmt::Debug for Absent {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("Absent")
     }
 }
 
@@ -591,8 +598,8 @@ impl<C: Plane, D: Plane<Item: DepthFormat>> Surface<C, D> {
         let below = Rect { y, height: area.bottom().abs_diff(y), ..area };
         // The last row may end before its stride does, so a split past the end takes what there is.
         let middle = (above.height as usize).saturating_mul(stride);
-        let (color_above, color_below) = split_saturating(color, middle);
-        let (depth_above, depth_below) = split_saturating(depth, middle);
+        let (color_above, color_below) = color.split(middle);
+        let (depth_above, depth_below) = depth.split(middle);
         (
             Self { color: color_above, depth: depth_above, area: above, stride },
             Self { color: color_below, depth: depth_below, area: below, stride },
@@ -614,12 +621,6 @@ impl<C: Plane, D: Plane<Item: DepthFormat>> Surface<C, D> {
         let rows = if rows == 0 { self.area.height } else { rows };
         Bands { rest: Some(self), rows }
     }
-}
-
-/// Splits a plane, clamping `middle` to its length.
-fn split_saturating<P: Plane>(plane: P, middle: usize) -> (P, P) {
-    let middle = middle.min(plane.len());
-    plane.split(middle)
 }
 
 impl<C: Plane, D: Plane<Item: DepthFormat>> Framebuffer for Surface<C, D> {
@@ -693,6 +694,15 @@ mod tests {
         assert_eq!(surface.run(11, 7, 2).color, [11, 12], "row 2 starts at 10");
         let (_, mut below) = surface.split_at_row(7);
         assert_eq!(below.run(10, 8, 3).color, [15, 16, 17], "global coordinates survive a split");
+    }
+
+    #[test]
+    fn a_plane_that_is_split_behind_its_end_comes_first() {
+        for (middle, lens) in [(0, (0, 3)), (2, (2, 1)), (3, (3, 0)), (4, (3, 0)), (usize::MAX, (3, 0))] {
+            let mut items = [1u8, 2, 3];
+            let (first, second) = Plane::split(&mut items[..], middle);
+            assert_eq!((first.len(), second.len()), lens, "{middle}");
+        }
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub(crate) const fn rows_per_word(lanes: usize) -> usize {
 /// Whether a triangle's fragments start from their own edge functions, and not from those at an anchor.
 #[inline(always)]
 pub(crate) fn is_tiny(setup: &Setup) -> bool {
-    setup.extent() <= SIDE << 8
+    setup.extent() <= (SIDE << 8) as u32
 }
 
 /// What the edge functions at a row's samples are made of: of a wide window, those at the leftmost sample of the triangle's

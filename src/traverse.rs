@@ -25,7 +25,7 @@ use crate::triple::each;
 pub(crate) const LANES: usize = if HAS_FLOAT_LANES { 8 } else { 1 };
 
 /// The largest extent, in subpixels, of a triangle that is solved in `f32`: its square is under 2³¹.
-const SMALL: i32 = 181 << 8;
+const SMALL: u32 = 181 << 8;
 
 /// The largest size, in pixels, of one that is solved in `i32`.
 const COMPACT: i32 = 1023;

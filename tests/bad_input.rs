@@ -947,5 +947,52 @@ fn positions_that_change_are_not_drawn_outside_of_the_framebuffer() {
         asked.set(0);
         let drawn = rasterizer.draw_depth(&mut Strict::new(lends_blocks), Primitives::list(), changing);
         assert!(drawn.is_ok(), "{scale}");
+        // Or then one of its vertices is so far away that it should have been clipped.
+        asked.set(0);
+        let leaving = Computed::new(small.len(), |i| {
+            asked.set(asked.get() + 1);
+            if asked.get() <= small.len() || i % 3 < 2 {
+                small[i]
+            } else {
+                Vec4::new(1e6 * scale, 0.0, 0.5, 1.0)
+            }
+        });
+        let drawn = rasterizer.draw(&mut Strict::new(lends_blocks), Primitives::list(), &leaving, (), |_| 1);
+        assert!(drawn.is_ok() && asked.get() > small.len(), "asked twice: {scale}");
+        asked.set(0);
+        let drawn = rasterizer.draw_depth(&mut Strict::new(lends_blocks), Primitives::list(), leaving);
+        assert!(drawn.is_ok(), "{scale}");
+    }
+}
+
+type DepthOnly<'a> = Surface<Absent, &'a mut [f32]>;
+
+#[test]
+fn planes_that_are_absent_are_as_large_as_any_frame() {
+    for width in [64, 2048, 4096, 16_384] {
+        let frame = Frame::new(width, 32);
+        let rasterizer = Rasterizer::<()>::new(frame.viewport());
+        let slice: Vec<_> = [[3.25, 2.0], [3.5, 17.75], [18.75, 17.25]].map(|point| frame.at(point)).into();
+        let mut counts = vec![3u8; frame.len()];
+        let mut target = Surface::color_only(&mut counts, width, 32).expect("it fits");
+        let drawn = rasterizer
+            .draw_over(&mut target, Primitives::list(), &slice[..], (), |_, count| count + 1)
+            .expect("legal");
+        assert_eq!(drawn.samples_passed, 128, "{width}");
+        assert_eq!(counts.iter().filter(|&&count| count == 4).count(), 128, "colours of {width}");
+
+        let draw_depth = |draws: &dyn Fn(&mut DepthOnly<'_>) -> u64| {
+            let mut depths = vec![1.0f32; frame.len()];
+            let samples = draws(&mut Surface::depth_only(&mut depths, width, 32).expect("it fits"));
+            assert_eq!(samples, 128, "{width}");
+            assert_eq!(depths.iter().filter(|&&depth| depth < 1.0).count(), 128, "depths of {width}");
+        };
+        draw_depth(&|target| {
+            rasterizer.draw_depth(target, Primitives::list(), &slice[..]).expect("legal").samples_passed
+        });
+        draw_depth(&|target| {
+            let drawn = rasterizer.draw(target, Primitives::list(), &slice[..], (), |_| ());
+            drawn.expect("legal").samples_passed
+        });
     }
 }

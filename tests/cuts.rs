@@ -334,6 +334,27 @@ fn no_room_for_records_is_an_error() {
 }
 
 #[test]
+fn scissors_are_those_of_each_draw() {
+    let points = [[0.0, 0.0], [0.0, 40.0], [24.0, 40.0], [24.0, 0.0], [24.0, 40.0], [48.0, 40.0]];
+    let (positions, values) = (points.map(|point| FRAME.at(point)), [mixed(0.0, 1.0, 2); 6]);
+    let draw = |prepares: Option<Rect>, draws: Option<Rect>| {
+        let mut rasterizer = Rasterizer::<Mixed>::new(FRAME.viewport());
+        rasterizer.scissor = prepares;
+        let mut preparation =
+            rasterizer.prepare(FRAME.area(), Primitives::list(), &positions[..], &values[..]).expect("legal");
+        let mut records = [BLANK; 4];
+        let batch = preparation.fill(&mut records).expect("there is room").unwrap_or_default();
+        rasterizer.scissor = draws;
+        let mut counts = vec![0u8; FRAME.len()];
+        let mut target = Surface::color_only(&mut counts, FRAME.width, FRAME.height).expect("it fits");
+        rasterizer.draw_prepared_over(&mut target, batch, |_, count| count + 1).samples_passed
+    };
+    let corner = Rect { x: 0, y: 36, width: 4, height: 4 };
+    assert_eq!((draw(None, None), draw(Some(corner), None)), (952, 952), "nothing is missing");
+    assert_eq!((draw(None, Some(corner)), draw(Some(corner), Some(corner))), (16, 16), "nothing is too much");
+}
+
+#[test]
 fn preparing_fails_as_drawing_does() {
     let (positions, values) = two_triangles();
     let rasterizer = Rasterizer::<Mixed>::new(FRAME.viewport());
