@@ -1,8 +1,8 @@
 //! Bins: which records touch which tile of a grid.
 //!
-//! Without them each tile looks at every record, if only to skip it. With them it looks at those whose triangles reach
-//! into it, which their edge functions decide exactly, at the tile's corners: a sliver across the frame touches the tiles
-//! along it and not its whole bounding box. A triangle whose bounding box lies in one tile is not tested further.
+//! Without them each tile looks at every record, if only to skip it. With them it looks at those whose triangles have no
+//! edge that excludes it, which is decided exactly, at the tile's corners: a sliver across the frame touches the tiles along
+//! it and not its whole bounding box. A triangle whose bounding box lies in one tile is not tested further.
 //!
 //! The memory is the caller's, one slice of `u32` (compressed sparse rows, filled in two passes):
 //!
@@ -81,8 +81,8 @@ impl Grid {
 }
 
 impl<'r, 'm, V> Bins<'r, 'm, V> {
-    /// The records that touch tile `index` of the grid, in the order in which they were given. None when there is no such
-    /// tile.
+    /// The records that touch tile `index` of the grid, in the order in which they were given. Empty when there is no
+    /// such tile.
     #[inline]
     #[must_use]
     pub fn tile(&self, index: usize) -> Binned<'r, 'm, V> {

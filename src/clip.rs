@@ -23,7 +23,7 @@ pub enum DepthClip {
     Clamp,
 }
 
-/// The smallest w that is kept: 2⁻⁶⁴. Then 1/w times an edge function of 2⁴⁹ stays far from infinity.
+/// The smallest w that is kept: 2⁻⁶⁴. Then 1/w times an edge function of 2⁴⁷ stays far from infinity.
 pub(crate) const W_MIN: f32 = f32::from_bits((127 - 64) << 23);
 
 /// The largest magnitude of any coordinate: 2¹⁰⁰, about 1.27 · 10³⁰. Then distances to planes stay finite.

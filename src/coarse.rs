@@ -1,8 +1,8 @@
 //! Coarse depth: one bound for each 64 depths of a row, so that what is hidden is left out before a depth is read.
 //!
 //! Along a row depth is monotonic, roundings and all: of a triangle's samples in a segment, the nearest and the farthest
-//! are at its ends. If the nearest is farther than the bound, which is farther than all that is stored, none passes. And
-//! where a triangle covers a whole segment, nothing that is stored there afterwards is farther than its farthest.
+//! are at its ends. Nothing that is stored is farther than the bound: if the nearest sample is, none passes. And where a
+//! triangle covers a whole segment, nothing that is stored there afterwards is farther than its farthest.
 //!
 //! (One level of Greene's, Kass's and Miller's "Hierarchical Z-Buffer Visibility", 1993. Rows instead of squares suit
 //! spans: such bounds are exact, and cost one sum each.)

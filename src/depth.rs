@@ -13,7 +13,7 @@
 /// | `f32` | any | floating | d |
 /// | `u16` | 0 ..= 65 535 | 1 / 65 535 | round(d · 65 535), the product rounded to `f32` first |
 /// | [`Depth24`] | 0 ..= 16 777 215 | 1 / (2²⁴ − 1) | round(d · (2²⁴ − 1)), exactly rounded |
-/// | `u32` | 0 ..= 2³² − 1 | 1 / (2³² − 1) | round(d · (2³² − 1)), exactly rounded |
+/// | `u32` | 0 ..= 2³² − 1 | 1 / (2³² − 1) | round(d · (2³² − 1)), the product rounded to `f64` first |
 /// | `()` | none | | no depth buffer: every fragment passes |
 ///
 /// A lookup in a shadow map compares `from_depth` of the receiver's depth with the stored value.
@@ -109,7 +109,8 @@ impl DepthFormat for u32 {
     }
 }
 
-/// round(depth · max), to even in ties: a product of 24 and 32 bits is exact in `f64` before 2⁵² rounds it.
+/// round(depth · max), to even in ties: 2⁵² rounds. For 24 bits the product is exact in `f64`; for 32 bits it is rounded
+/// there first, by at most 2⁻²¹.
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "the low 32 bits of 2⁵² + n are n")]
 fn fixed_from_depth(depth: f32, max: f64) -> u32 {

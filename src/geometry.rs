@@ -16,7 +16,7 @@ use crate::target::{Borders, Rect};
 use crate::traverse::HAS_FLOAT_LANES;
 use crate::triple::each;
 
-/// Which sides of triangles are drawn, and what they are called.
+/// Which sides of triangles are drawn, what they are called, and which vertex flat varyings come from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Facing {
     pub(crate) cull_mode: CullMode,
@@ -49,8 +49,9 @@ impl Facing {
 /// How many triangles are looked at before the first of them is drawn.
 const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 1 };
 
-/// With more minute triangles than this in a batch, it is worth looking for the samples that they cover. Others that cover
-/// none become pieces, and records, that draw nothing; what they draw is the same either way.
+/// A *minute* triangle is one whose bounds hold at most two by two samples. With more of them in a batch than this, it is
+/// worth finding out which samples they cover. In other batches those that cover none become pieces, and records, that draw
+/// nothing: the picture is the same.
 const MANY: u32 = 4;
 
 #[inline(always)]
@@ -390,7 +391,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         }
     }
 
-    /// Which samples are [`covered`](Piece::covered), or that it is not known if any of the four lies outside of the area.
+    /// Which samples are [`covered`](crate::fan::Piece::covered), or that it is not known if any of the four lies outside of the area.
     /// The sieve has seen to that; but who computes positions may give others when asked again, and must not be drawn there.
     #[inline(always)]
     fn within(&self, setup: &Setup, covered: u8) -> u8 {

@@ -49,7 +49,8 @@
 //! 3. **The same bits on every target**: only IEEE `+ − × ÷` and exact conversions.
 //! 4. **Correct weights**, for any triangle: they sum to 1, and their error does not grow with the range of w or with the
 //!    thinness of the triangle (see [`Span`]).
-//! 5. **No input breaks it.** NaN, infinities, w ≤ 0, 10³⁰, zero area: skipped and counted in [`Statistics`]. No panic.
+//! 5. **No input breaks it.** NaN and infinities are skipped, w ≤ 0 and 10³⁰ are clipped, and [`Statistics`] count them.
+//!    No panic.
 //! 6. **No `unsafe`, no allocation, no global state.**
 //! 7. **You pay for what you use.** What a closure does not ask of a [`Fragment`] is not computed.
 //!
@@ -66,34 +67,47 @@
 
 pub use glam;
 
+// What everybody speaks of.
 mod triple;
 mod state;
-mod depth;
 mod target;
 mod tiles;
+
+// From vertices to triangles on the subpixel grid.
 mod vertex;
 mod primitive;
 mod viewport;
 mod clip;
 mod project;
+mod fan;
+
+// A triangle and the samples that it covers: any one, one of up to 16 × 16 pixels, one of up to 2 × 2 samples.
 mod edge;
 mod setup;
-mod plane;
-mod tiny;
-mod coarse;
 mod traverse;
-mod interpolate;
+mod tiny;
 mod minute;
+
+// What a fragment is made of.
+mod depth;
+mod plane;
+mod coarse;
+mod interpolate;
 mod fragment;
-mod fan;
+
+// The two halves of a draw: which triangles, and which pixels, with SIMD and without; and the draw.
 mod geometry;
 mod packet;
 mod shade;
 mod depth_pass;
 mod one_by_one;
 mod rasterizer;
+
+// The halves apart, for tiles and threads.
 mod prepared;
 mod bins;
+
+// What shaders end with.
 mod convert;
 
 pub use bins::{BinError, Binned, Bins};

@@ -193,8 +193,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 
     /// Projects every vertex once, into memory of the caller's, for draws that use vertices several times.
     ///
-    /// Without it, an indexed draw projects a vertex anew unless the triangle before used it too (and always, where there
-    /// is no SIMD): with a fine mesh and positions that are [`Computed`](crate::Computed), that is several times the work.
+    /// Without it, an indexed draw projects a vertex anew unless the triangle before used it too, and once more if the
+    /// triangle may be seen (where there is no SIMD, once for each triangle): with a fine mesh and positions that are
+    /// [`Computed`](crate::Computed), that is several times the work.
     ///
     /// The result is good for any number of draws by this rasterizer, from any thread, until its viewport, clip depth or
     /// depth clip changes.
@@ -513,7 +514,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         // A colour to fill the packet's arrays with until there are others: any.
         let mut any = || target.run(render_area.x, render_area.y, 1).color.first().copied();
         let Some(color) = (if render_area.is_empty() { None } else { any() }) else {
-            // Its statistics count all the same.
+            // Nothing can be drawn; the geometry counts its triangles all the same.
             while source.next().is_some() {}
             return statistics;
         };

@@ -199,8 +199,8 @@ impl Setup {
 
     /// How much of `rect` it covers, decided exactly by its edges at the corner samples.
     ///
-    /// `None` and `Full` are certain. `Partial` is certain too when one sample is covered; a rectangle beside a sharp
-    /// corner may be `Partial` and hold none.
+    /// `None` and `Full` are certain. `Partial` may be wrong in one way: a rectangle beside a sharp corner may hold no covered
+    /// sample.
     ///
     /// ```
     /// # use halfplane::{Coverage, ProjectedVertex, Rect, Setup};

@@ -150,7 +150,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     /// packet's pixels, which nobody else can see; others spare themselves the copy.
     const MAY_READ: bool = size_of::<S>() > 0;
 
-    /// Draws a triangle, of which these samples are [`covered`](Piece::covered).
+    /// Draws a triangle, of which these samples are [`covered`](crate::fan::Piece::covered).
     #[inline(always)]
     pub(crate) fn draw<V, R>(
         &mut self,
@@ -241,6 +241,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 return;
             };
 
+            // A copy that nobody else can see: else each store to the framebuffer might change it, and the loop would load it
+            // again and again.
             let varyings = *shading.varyings();
             let shading = shading.with_varyings(&varyings);
             // Shade. Both results are selected, not branched on, so that a discard vectorises too.

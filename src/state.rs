@@ -37,8 +37,11 @@ pub enum FrontFace {
 /// What a draw did.
 ///
 /// ```text
-///   primitives = invalid + outside + culled + degenerate + those that were traversed
+///   primitives = invalid + outside + culled + degenerate + those that are left to draw
 /// ```
+///
+/// Those that are left are traversed, unless they lie beside the render area or between samples. Clipped ones are culled,
+/// degenerate or left.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Statistics {
@@ -46,15 +49,15 @@ pub struct Statistics {
     pub primitives: u64,
     /// Triangles skipped because a coordinate was NaN, infinite or beyond 2¹⁰⁰.
     pub invalid: u64,
-    /// Triangles wholly outside one plane of the clip volume.
+    /// Triangles of which nothing lies inside of the clip volume.
     pub outside: u64,
-    /// Triangles that were cut by a plane of the clip volume or the guard band.
+    /// Triangles that a plane of the clip volume or the guard band cut, and of which something was left.
     pub clipped: u64,
     /// Triangles left out by [`CullMode`].
     pub culled: u64,
     /// Triangles without area on the subpixel grid.
     pub degenerate: u64,
-    /// Fragments that passed the depth test and were shaded: how often the closure ran.
+    /// Fragments that passed the depth test and were shaded: how often the closure ran. (Of a depth-only draw: would have.)
     pub fragments: u64,
     /// Fragments that were not discarded either: an occlusion query's answer.
     pub samples_passed: u64,

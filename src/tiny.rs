@@ -36,8 +36,9 @@ pub(crate) fn is_tiny(setup: &Setup) -> bool {
     setup.extent() <= (SIDE << 8) as u32
 }
 
-/// What the edge functions at a row's samples are made of: of a wide window, those at the leftmost sample of the triangle's
-/// bounds; of a narrower one, at its first four samples. Of the third edge, what it has more than the least that covers.
+/// The edge functions that a row's samples start from: of a wide window (12 or 16 lanes) those at the leftmost sample of the
+/// triangle's bounds, of a narrower one those at its first four samples. Edges 0 and 1 are as they are, for depth is made of
+/// them. Edge 2 only decides on coverage: the least value that covers is taken off, so that its sign tells.
 ///
 /// Inside of the bounds all are exact, and in narrow windows beside them, too: window and bounds together are less than 16
 /// pixels wide. Wide ones may begin so far to the left that a step from there would be rounded.
@@ -62,7 +63,8 @@ pub(crate) struct Tiny {
     /// How far right of the leftmost sample of the triangle's bounds the window begins.
     dx: f32,
     /// Change of each edge function by a pixel right and down, its value at the leftmost sample of the bounds in the first
-    /// row, and the least value that covers. The fourth of each is the third again: they are made four at a time.
+    /// row, and the least value that covers: 0 on a top or left edge, else 1. The fourth of each is the third again: they are
+    /// made four at a time.
     a: [f32; 4],
     b: [f32; 4],
     c: [f32; 4],
@@ -145,7 +147,7 @@ impl Tiny {
         Row { edges: [a + self.b[0], b + self.b[1], c + self.b[2]] }
     }
 
-    /// The edge functions at four samples of a row; of the third, what it has more than the least.
+    /// The edge functions at four samples of a row; edge 2 less the least value that covers.
     #[inline(always)]
     fn edges<const N: usize>(&self, row: Row, quarter: usize) -> [Vec4; 3] {
         let offset = if N > 8 { self.columns(quarter) } else { Vec4::splat((4 * quarter) as f32) };

@@ -224,7 +224,8 @@ impl<T: Copy, S> Attributes for Attribute<'_, T, S> {
 ///
 /// As positions, it runs once for each vertex through [`Rasterizer::project`](crate::Rasterizer::project), and again for
 /// the vertices of triangles that are clipped; without `project`, whenever a triangle names a vertex that the triangle
-/// before did not. As varyings, it runs for the corners of each triangle that may be seen.
+/// before did not, and again for the vertices of triangles that may be seen. (Where there is no SIMD: for every vertex of
+/// every triangle.) As varyings, it runs for the corners of each triangle that may be seen.
 ///
 /// # Examples
 /// ```
