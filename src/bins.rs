@@ -17,14 +17,13 @@
 use core::slice;
 
 use crate::depth::DepthTest;
-use crate::edge::EdgeFunction;
 use crate::interpolate::Varyings;
 use crate::prepared::Record;
 use crate::project::Projector;
 use crate::rasterizer::Rasterizer;
 use crate::setup::Setup;
 use crate::target::Rect;
-use crate::tiles::Grid;
+use crate::tiles::{Grid, TileRange};
 
 /// Records by tile: see [`Rasterizer::bin`].
 #[derive(Clone, Copy, Debug)]
@@ -160,13 +159,13 @@ fn touched<V: Copy>(
     if !bounds.overlaps(area) {
         return true;
     }
-    let range @ [left, right, top, bottom] = grid.range(bounds.intersection(area));
-    if left == right && top == bottom {
-        return visit(grid.index_at(left, top));
+    let range = grid.range(bounds.intersection(area));
+    if range.is_one() {
+        return visit(grid.index_at(range.left, range.top));
     }
     let Some(setup) = record.setup() else { return true };
     let edges = setup.edges();
-    touched_of(range, grid, |tile| !is_excluded(&edges, tile), visit)
+    touched_of(range, grid, |tile| !edges.iter().any(|edge| edge.excludes(tile)), visit)
 }
 
 /// As [`touched`], of a triangle that is clipped into several.
@@ -193,7 +192,7 @@ fn touched_by_pieces<V: Copy>(
     let Some(bounds) = bounds else { return true };
     let range = grid.range(bounds.borders());
     let is_touched = |tile: Rect, piece: &Setup| {
-        !tile.intersection(piece.bounds()).is_empty() && !is_excluded(&piece.edges(), tile)
+        !tile.intersection(piece.bounds()).is_empty() && !piece.edges().iter().any(|edge| edge.excludes(tile))
     };
     touched_of(range, grid, |tile| pieces.iter().flatten().any(|piece| is_touched(tile, piece)), visit)
 }
@@ -201,30 +200,19 @@ fn touched_by_pieces<V: Copy>(
 /// As [`touched`], of the tiles in some columns and rows, given which of them are.
 #[inline(always)]
 fn touched_of(
-    [left, right, top, bottom]: [u32; 4],
+    range: TileRange,
     grid: &Grid,
     is_touched: impl Fn(Rect) -> bool,
     mut visit: impl FnMut(usize) -> bool,
 ) -> bool {
-    for row in top..=bottom {
-        for column in left..=right {
+    for row in range.top..=range.bottom {
+        for column in range.left..=range.right {
             if is_touched(grid.tile_at(column, row)) && !visit(grid.index_at(column, row)) {
                 return false;
             }
         }
     }
     true
-}
-
-/// Whether all of a tile lies outside of one edge: see [`Setup::coverage`].
-#[inline(always)]
-fn is_excluded(edges: &[EdgeFunction; 3], tile: Rect) -> bool {
-    edges.iter().any(|edge| {
-        let [a, b] = edge.slope();
-        let x = if a >= 0 { tile.right() - 1 } else { tile.x };
-        let y = if b >= 0 { tile.bottom() - 1 } else { tile.y };
-        !edge.covers(x, y)
-    })
 }
 
 impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {

@@ -11,7 +11,7 @@
 use glam::Vec4;
 
 use crate::target::EXTENT;
-use crate::viewport::{ClipDepth, Viewport, ViewportTransform};
+use crate::viewport::{Viewport, ViewportTransform};
 
 /// Whether triangles are cut at the near and far planes (Vulkan's `depthClampEnable`, Direct3D's `DepthClipEnable`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -236,13 +236,6 @@ impl Corner {
         let w = &mut self.position[3];
         *w = if *w > W_MIN { *w } else { W_MIN };
         size(self.position) > rounding
-    }
-}
-
-impl ClipDepth {
-    /// All three positions with depth in 0 ≤ z ≤ w.
-    pub(crate) fn triangle_to_zero_to_one(self, [a, b, c]: [Vec4; 3]) -> [Vec4; 3] {
-        [self.to_zero_to_one(a), self.to_zero_to_one(b), self.to_zero_to_one(c)]
     }
 }
 

@@ -5,6 +5,7 @@
 //! the area, are its barycentric coordinates.
 
 use crate::project::SUBPIXELS;
+use crate::target::Rect;
 
 /// Signed area of the parallelogram spanned by an edge and a sample, in squared subpixels.
 ///
@@ -97,6 +98,22 @@ impl EdgeFunction {
     #[must_use]
     pub const fn covers(self, x: i32, y: i32) -> bool {
         self.at(x, y) + self.bias() >= 0
+    }
+
+    /// Whether the samples of a rectangle, which is not empty, all lie on the other side: then so does the one that is
+    /// farthest to this.
+    #[inline(always)]
+    pub(crate) fn excludes(self, rect: Rect) -> bool {
+        let x = if self.a >= 0 { rect.right() - 1 } else { rect.x };
+        let y = if self.b >= 0 { rect.bottom() - 1 } else { rect.y };
+        !self.covers(x, y)
+    }
+
+    /// Whether they all lie on the triangle's side.
+    pub(crate) fn includes(self, rect: Rect) -> bool {
+        let x = if self.a >= 0 { rect.x } else { rect.right() - 1 };
+        let y = if self.b >= 0 { rect.y } else { rect.bottom() - 1 };
+        self.covers(x, y)
     }
 }
 

@@ -6,7 +6,7 @@
 use glam::Vec4;
 
 use crate::clip::{Corner, Room, room_of, turn};
-use crate::fragment::{Identity, Pedigree};
+use crate::fragment::{Identity, Pedigree, reorder};
 use crate::interpolate::{Varyings, Weights};
 use crate::project::{ProjectedVertex, Projector};
 use crate::setup::{Setup, signed_area2};
@@ -128,6 +128,22 @@ impl History {
             V::interpolate(values, &Weights::new(weights, self.barycentrics(weights), provoking))
         })
     }
+}
+
+/// The values at the corners of a piece of a clipped triangle, from those at the caller's vertices. (It gets no more of the
+/// piece than it needs: a reference to that would keep all of it in memory.)
+#[cold]
+pub(crate) fn at_corners<V: Varyings>(
+    order: [u8; 3],
+    provoking: u8,
+    values: [V; 3],
+    history: Option<&History>,
+) -> [V; 3] {
+    let values = match history {
+        Some(history) => history.interpolate(&values, provoking),
+        None => values,
+    };
+    reorder(values, order)
 }
 
 /// What clipping leaves of a triangle, as a fan of triangles.

@@ -71,10 +71,37 @@ fn pixel(v: f32) -> f32 {
     (v - 0.5) * (1.0 / 256.0) + ROUNDING
 }
 
-/// Left, top, right and bottom borders in pixels, as [`pixel`] leaves those of triangles.
-#[inline(always)]
-fn in_lanes(Borders { left, top, right, bottom }: Borders) -> [f32; 4] {
-    [left, top, right, bottom].map(|border| border as f32 + ROUNDING)
+/// Borders in pixels, as [`pixel`] leaves them.
+struct PixelBorders {
+    left: f32,
+    top: f32,
+    right: f32,
+    bottom: f32,
+}
+
+impl PixelBorders {
+    #[inline(always)]
+    fn new(Borders { left, top, right, bottom }: Borders) -> Self {
+        let [left, top, right, bottom] = [left, top, right, bottom].map(|border| border as f32 + ROUNDING);
+        Self { left, top, right, bottom }
+    }
+
+    /// The bounds of a triangle.
+    #[inline(always)]
+    fn of_triangle([ax, bx, cx]: [f32; 3], [ay, by, cy]: [f32; 3]) -> Self {
+        Self {
+            left: pixel(min(min(ax, bx), cx)),
+            top: pixel(min(min(ay, by), cy)),
+            right: pixel(max(max(ax, bx), cx)),
+            bottom: pixel(max(max(ay, by), cy)),
+        }
+    }
+
+    /// Whether those of a triangle hold at most two by two samples.
+    #[inline(always)]
+    fn are_minute(&self) -> bool {
+        (self.right - self.left <= 2.0) & (self.bottom - self.top <= 2.0)
+    }
 }
 
 /// Some triangles of a draw, and what was found out about them.
@@ -118,18 +145,21 @@ impl Batch {
     }
 }
 
-/// What the sieve says of a triangle that may be seen: in the low bits, how to bring its vertices into canonical order, as
-/// a place in [`ORDERS`], and in the highest, which samples it covers, if that is known. Or else:
+/// What the sieve knows of a triangle, in one word.
+///
+/// ```text
+///   bits 0–2   ORDER      a place in ORDERS, by which its vertices come into canonical order
+///   bit 3      HIDDEN     it is not drawn
+///   bit 4      UNDECIDED  it has to be clipped, or its area is zero in f32: look closer
+///   bits 8–11             Piece::covered, the samples that it covers, or 0 if that is not known
+/// ```
 mod verdict {
-    pub(super) const ORDER: u32 = 7;
+    pub(super) const ORDER: u32 = 0b111;
     /// Added to the place of the first vertex.
     pub(super) const COUNTER_CLOCKWISE: u32 = 3;
-    /// See [`Piece::covered`](crate::fan::Piece), from this bit on.
-    pub(super) const COVERED: u32 = 8;
-    /// It is not drawn.
-    pub(super) const HIDDEN: u32 = 8;
-    /// It has to be clipped, or its area is zero in `f32`: look closer.
-    pub(super) const UNDECIDED: u32 = 16;
+    pub(super) const HIDDEN: u32 = 1 << 3;
+    pub(super) const UNDECIDED: u32 = 1 << 4;
+    pub(super) const COVERED_SHIFT: u32 = 8;
 }
 
 /// Where vertices come from.
@@ -290,20 +320,18 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[inline(always)]
     fn sift_by_bounds(&mut self) -> u32 {
         let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
-        let area = in_lanes(self.area);
+        let area = PixelBorders::new(self.area);
         let mut minute = 0;
         for i in 0..BATCH {
             let [ax, bx, cx] = [ax[i] as f32, bx[i] as f32, cx[i] as f32];
             let [ay, by, cy] = [ay[i] as f32, by[i] as f32, cy[i] as f32];
-            let (left, right) = (pixel(min(min(ax, bx), cx)), pixel(max(max(ax, bx), cx)));
-            let (top, bottom) = (pixel(min(min(ay, by), cy)), pixel(max(max(ay, by), cy)));
-            let is_seen =
-                (max(left, area[0]) < min(right, area[2])) & (max(top, area[1]) < min(bottom, area[3]));
+            let bounds = PixelBorders::of_triangle([ax, bx, cx], [ay, by, cy]);
+            let is_seen = (max(bounds.left, area.left) < min(bounds.right, area.right))
+                & (max(bounds.top, area.top) < min(bounds.bottom, area.bottom));
             let is_higher = |ax: f32, ay: f32, bx: f32, by: f32| (ay < by) | ((ay == by) & (ax < bx));
             let b_first = is_higher(bx, by, ax, ay);
             let c_first = is_higher(cx, cy, ax, ay) & is_higher(cx, cy, bx, by);
-            let is_minute = (right - left <= 2.0) & (bottom - top <= 2.0);
-            minute += u32::from(is_minute & is_seen & (verdicts[i] & verdict::HIDDEN == 0));
+            minute += u32::from(bounds.are_minute() & is_seen & (verdicts[i] & verdict::HIDDEN == 0));
             let is_hidden = !is_seen & (verdicts[i] & verdict::UNDECIDED == 0);
             verdicts[i] += if c_first { 2 } else { u32::from(b_first) };
             verdicts[i] |= if is_hidden { verdict::HIDDEN } else { 0 };
@@ -316,16 +344,17 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[inline(always)]
     fn sift_minute(&mut self) {
         let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
-        let area = in_lanes(self.area);
+        let area = PixelBorders::new(self.area);
         for i in 0..BATCH {
             let [ax, bx, cx] = [ax[i] as f32, bx[i] as f32, cx[i] as f32];
             let [ay, by, cy] = [ay[i] as f32, by[i] as f32, cy[i] as f32];
-            let (left, right) = (pixel(min(min(ax, bx), cx)), pixel(max(max(ax, bx), cx)));
-            let (top, bottom) = (pixel(min(min(ay, by), cy)), pixel(max(max(ay, by), cy)));
-            let is_minute = (right - left <= 2.0) & (bottom - top <= 2.0);
-            let is_inside = (left >= area[0]) & (right <= area[2]) & (top >= area[1]) & (bottom <= area[3]);
+            let bounds = PixelBorders::of_triangle([ax, bx, cx], [ay, by, cy]);
+            let is_inside = (bounds.left >= area.left)
+                & (bounds.right <= area.right)
+                & (bounds.top >= area.top)
+                & (bounds.bottom <= area.bottom);
             let sample = |pixel: f32| (pixel - ROUNDING) * 256.0 + 128.0;
-            let (x, y) = (sample(left), sample(top));
+            let (x, y) = (sample(bounds.left), sample(bounds.top));
             // Exact: bounds of two samples are under 768 subpixels wide and high, so that no term here exceeds 2²², and
             // the bias adds one more bit.
             let clockwise =
@@ -342,7 +371,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 let at = |(e, a, b): (f32, f32, f32)| e + a * right + b * down;
                 min(min(at(e0), at(e1)), at(e2))
             };
-            let bit = |least: f32, bit: u32| if least > 0.0 { bit << verdict::COVERED } else { 0 };
+            let bit = |least: f32, bit: u32| if least > 0.0 { bit << verdict::COVERED_SHIFT } else { 0 };
             let covered = bit(least(0.0, 0.0), 1)
                 | bit(least(1.0, 0.0), 2)
                 | bit(least(0.0, 1.0), 4)
@@ -350,7 +379,8 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             let found = if covered == 0 { verdict::HIDDEN } else { covered };
             let is_decided = verdicts[i] & verdict::UNDECIDED == 0;
             // Of one that reaches out of the area, it is left open.
-            verdicts[i] |= if is_decided & is_minute & (is_inside | (covered == 0)) { found } else { 0 };
+            verdicts[i] |=
+                if is_decided & bounds.are_minute() & (is_inside | (covered == 0)) { found } else { 0 };
         }
     }
 
@@ -386,7 +416,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 self.aside.setup
             };
             let identity = self.facing.identity(triangle, setup.is_counter_clockwise(), number);
-            let covered = self.within(&setup, (verdict >> verdict::COVERED) as u8);
+            let covered = self.within(&setup, (verdict >> verdict::COVERED_SHIFT) as u8);
             return Some(Piece { setup, vertices, identity, in_fan: 0, covered });
         }
     }
@@ -459,7 +489,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             self.statistics.outside += 1;
             return None;
         }
-        let positions = self.vertices.projector.triangle_to_clip([a, b, c]);
+        let positions = each([a, b, c], |position| self.vertices.projector.to_clip(position));
         let mut fan = Fan::new(triangle.vertices, positions, union, &self.vertices.projector);
         if fan.is_empty() {
             self.statistics.outside += 1;

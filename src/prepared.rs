@@ -19,13 +19,13 @@ use core::fmt;
 use glam::Vec4;
 
 use crate::depth::DepthTest;
-use crate::fan::{Fan, History, Piece};
+use crate::fan::{Fan, History, Piece, at_corners};
 use crate::fragment::{Fragment, Identity, reorder};
 use crate::geometry::Geometry;
 use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, ProjectedVertex, Projector};
-use crate::rasterizer::{DrawError, Rasterizer, Source, at_corners};
+use crate::rasterizer::{DrawError, Rasterizer, Source};
 use crate::setup::{Setup, sample_bounds};
 use crate::state::Statistics;
 use crate::target::{Borders, Framebuffer, Rect};
@@ -317,7 +317,7 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
         if self.fan.is_none() {
             return Some(values);
         }
-        self.values = Some(at_corners((piece.setup.order(), piece.identity.provoking), *values, history));
+        self.values = Some(at_corners(piece.setup.order(), piece.identity.provoking, *values, history));
         self.values.as_ref()
     }
 }

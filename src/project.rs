@@ -223,11 +223,6 @@ impl Projector {
     pub(crate) fn to_clip(self, position: Vec4) -> Vec4 {
         self.clip_depth.to_zero_to_one(position)
     }
-
-    /// All three positions with depth in 0 ≤ z ≤ w.
-    pub(crate) fn triangle_to_clip(&self, triangle: [Vec4; 3]) -> [Vec4; 3] {
-        self.clip_depth.triangle_to_zero_to_one(triangle)
-    }
 }
 
 /// Whether any of three vertices is no point at all.

@@ -10,7 +10,7 @@ use crate::clip::DepthClip;
 use crate::coarse::Coarse;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
 use crate::depth_pass::DepthPass;
-use crate::fan::{Fan, History, Piece};
+use crate::fan::{Fan, History, Piece, at_corners};
 use crate::fragment::{Fragment, Shading, reorder};
 use crate::geometry::{Facing, Geometry};
 use crate::interpolate::Varyings;
@@ -608,25 +608,10 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
             none => none.insert([varyings.fetch(i)?, varyings.fetch(j)?, varyings.fetch(k)?]),
         };
         if self.fan.is_some() {
-            *values = at_corners((piece.setup.order(), piece.identity.provoking), *values, history);
+            *values = at_corners(piece.setup.order(), piece.identity.provoking, *values, history);
         }
         Some(values)
     }
-}
-
-/// The values at the corners of a piece of a clipped triangle, from those at the caller's vertices. (It gets no more of the
-/// piece than it needs: a reference to that would keep all of it in memory.)
-#[cold]
-pub(crate) fn at_corners<V: Varyings>(
-    (order, provoking): ([u8; 3], u8),
-    values: [V; 3],
-    history: Option<&History>,
-) -> [V; 3] {
-    let values = match history {
-        Some(history) => history.interpolate(&values, provoking),
-        None => values,
-    };
-    reorder(values, order)
 }
 
 impl<'a, A: Attributes<Value = Vec4>> Projected<'a, A> {

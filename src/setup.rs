@@ -215,20 +215,14 @@ impl Setup {
         if rect.is_empty() || rect.intersection(self.bounds()).is_empty() {
             return Coverage::None;
         }
-        let (right, bottom) = (rect.right() - 1, rect.bottom() - 1);
-        let mut coverage = Coverage::Full;
-        for edge in self.edges() {
-            let [a, b] = edge.slope();
-            let (x_low, x_high) = if a >= 0 { (rect.x, right) } else { (right, rect.x) };
-            let (y_low, y_high) = if b >= 0 { (rect.y, bottom) } else { (bottom, rect.y) };
-            if !edge.covers(x_high, y_high) {
-                return Coverage::None;
-            }
-            if !edge.covers(x_low, y_low) {
-                coverage = Coverage::Partial;
-            }
+        let edges = self.edges();
+        if edges.iter().any(|edge| edge.excludes(rect)) {
+            Coverage::None
+        } else if edges.iter().all(|edge| edge.includes(rect)) {
+            Coverage::Full
+        } else {
+            Coverage::Partial
         }
-        coverage
     }
 }
 

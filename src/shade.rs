@@ -79,7 +79,7 @@ struct Band {
     /// Where the triangle ends.
     bottom: i32,
     /// Whether no row can be longer than a window.
-    is_narrow: bool,
+    fits_window: bool,
 }
 
 impl Band {
@@ -95,7 +95,7 @@ impl Band {
             y: bounds.top.max(area.top),
             count: 0,
             bottom: bounds.bottom.min(area.bottom),
-            is_narrow: bounds.right - bounds.left <= WINDOW as i32,
+            fits_window: bounds.right - bounds.left <= WINDOW as i32,
         }
     }
 
@@ -196,7 +196,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                             return;
                         }
                         at.begin();
-                        if !band.is_narrow {
+                        if !band.fits_window {
                             self.touch(band);
                         }
                         continue;
@@ -261,7 +261,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             statistics.samples_passed += u64::from(kept);
             if let Work::Rows(_, _, at) = &mut work {
                 at.is_shaded = true;
-                at.is_discarded |= (kept as usize) < asked;
+                at.has_gaps |= (kept as usize) < asked;
             }
 
             if (kept as usize) < len {
@@ -535,27 +535,27 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> Option<(usize, usize)> {
         loop {
-            if at.end < at.lent {
+            if at.done < at.lent {
                 // The next that pass, of a stretch in which some do.
                 let run = self.target.run(at.x, band.y + at.lane as i32, at.lent);
                 let (z, old) = (packet.z.get(..at.lent)?, run.depth.get(..at.lent)?);
-                let begin = skip::<_, false>(self.test, z, old, at.end);
-                at.end = skip::<_, true>(self.test, z, old, begin);
-                if begin < at.end {
-                    return Some((begin, at.end));
+                let begin = skip::<_, false>(self.test, z, old, at.done);
+                at.done = skip::<_, true>(self.test, z, old, begin);
+                if begin < at.done {
+                    return Some((begin, at.done));
                 }
             }
             let is_between_rows = at.len == 0 || at.x + at.len as i32 >= *band.rows.end.get(at.lane)?;
             if is_between_rows {
                 if at.len > 0 {
-                    if self.coarse.learns && at.is_shaded && !at.is_discarded {
+                    if self.coarse.learns && at.is_shaded && !at.has_gaps {
                         let columns = (*band.rows.start.get(at.lane)?, *band.rows.end.get(at.lane)?);
                         self.coarse.learn(self.target, band.depth(triangle.plane, at.lane), columns);
                     }
                     at.lane += 1;
                 }
-                (at.is_shaded, at.is_discarded) = (false, false);
-                (at.len, at.lent, at.end) = (0, 0, 0);
+                (at.is_shaded, at.has_gaps) = (false, false);
+                (at.len, at.lent, at.done) = (0, 0, 0);
                 let filled = self.gather_rows(triangle, band, at, packet);
                 if filled > 0 {
                     return Some((0, filled));
@@ -566,7 +566,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
             // The next stretch.
             at.x = if is_between_rows { *band.rows.start.get(at.lane)? } else { at.x + at.len as i32 };
-            at.end = 0;
+            at.done = 0;
             let lane = at.lane;
             let (x, y) = (at.x, band.y + lane as i32);
             let columns = (x, band.rows.end[lane]);
@@ -585,7 +585,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             // A framebuffer that lends less than it was asked for gets no more than that.
             let lent = len.min(run.color.len()).min(run.depth.len());
             (at.len, at.lent) = (len, lent);
-            at.is_discarded |= lent < len;
+            at.has_gaps |= lent < len;
             let len = lent;
             let old = run.depth.get(..len)?;
             let (plane, last) = (band.plane(triangle.plane), row.1 + len as f32 - 1.0);
@@ -597,7 +597,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     count_passing::<_, false>(self.test, plane, row, old)
                 };
                 if passing == 0 {
-                    at.end = lent;
+                    at.done = lent;
                     continue;
                 }
             }
@@ -609,7 +609,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             };
             self.expects_all = passing as usize == len;
             if passing as usize == len {
-                at.end = lent;
+                at.done = lent;
                 return Some((0, len));
             }
         }
@@ -819,14 +819,15 @@ struct Progress {
     /// The stretch of it that the packet holds: its first column and its length, and how much of it is done.
     x: i32,
     len: usize,
-    end: usize,
+    done: usize,
     /// How much of it the framebuffer lends.
     lent: usize,
     /// Which segments of the row are known to be hidden.
     hidden: Hidden,
-    /// Whether any fragment of the row passed so far, and whether any of those was not written.
+    /// Whether any fragment of the row passed so far; and whether any of those was discarded, or any of the row not lent: what
+    /// has gaps hides nothing.
     is_shaded: bool,
-    is_discarded: bool,
+    has_gaps: bool,
     /// The rows that the packet holds instead, and where each ends.
     gathered: Range<usize>,
     ends: [usize; LANES],
@@ -836,8 +837,8 @@ impl Progress {
     /// Before the first row. (Field by field: a whole new one would be put together and then copied.)
     #[inline(always)]
     fn begin(&mut self) {
-        (self.lane, self.len, self.end, self.lent) = (0, 0, 0, 0);
-        (self.is_shaded, self.is_discarded) = (false, false);
+        (self.lane, self.len, self.done, self.lent) = (0, 0, 0, 0);
+        (self.is_shaded, self.has_gaps) = (false, false);
         self.gathered = 0..0;
     }
 }

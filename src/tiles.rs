@@ -66,6 +66,23 @@ impl core::fmt::Display for GridError {
 
 impl core::error::Error for GridError {}
 
+/// The tiles in columns `left ..= right` of rows `top ..= bottom`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TileRange {
+    pub(crate) left: u32,
+    pub(crate) top: u32,
+    pub(crate) right: u32,
+    pub(crate) bottom: u32,
+}
+
+impl TileRange {
+    /// Whether it is a single tile.
+    #[inline(always)]
+    pub(crate) fn is_one(&self) -> bool {
+        self.left == self.right && self.top == self.bottom
+    }
+}
+
 impl Grid {
     /// Cuts `area` into tiles. A tile larger than `area` is as large as it.
     ///
@@ -153,13 +170,12 @@ impl Grid {
         row as usize * self.columns as usize + column as usize
     }
 
-    /// The first and last column and the first and last row of tiles that share pixels with a rectangle. It lies in
-    /// [`area`](Self::area) and is not empty.
+    /// The tiles that share pixels with a rectangle, which lies in [`area`](Self::area) and is not empty.
     #[inline(always)]
-    pub(crate) fn range(&self, Borders { left, top, right, bottom }: Borders) -> [u32; 4] {
+    pub(crate) fn range(&self, Borders { left, top, right, bottom }: Borders) -> TileRange {
         let column = |x: i32| x.abs_diff(self.area.x) / self.tile_width;
         let row = |y: i32| y.abs_diff(self.area.y) / self.tile_height;
-        [column(left), column(right - 1), row(top), row(bottom - 1)]
+        TileRange { left: column(left), top: row(top), right: column(right - 1), bottom: row(bottom - 1) }
     }
 
     /// Tile-linear memory as one [`Surface`] for each tile. They share nothing and keep the frame's coordinates.

@@ -22,8 +22,8 @@ pub struct Canvas {
     bounds: Vec<f32>,
     indices: IndexBuffer<Vec<u32>>,
     room: Vec<ProjectedVertex>,
-    checkers: Bands<Vec2>,
-    blended: Bands<[f32; 4]>,
+    checkers: InBands<Vec2>,
+    blended: InBands<[f32; 4]>,
 }
 
 /// The pixels of some rows, with coarse depth.
@@ -40,8 +40,8 @@ impl Canvas {
             bounds: vec![0.0; bounds],
             indices: IndexBuffer::new(Vec::new()),
             room: Vec::new(),
-            checkers: Bands::default(),
-            blended: Bands::default(),
+            checkers: InBands::default(),
+            blended: InBands::default(),
         }
     }
 
@@ -137,18 +137,18 @@ impl Scene<'_> {
 
 /// Room for triangles, and for the numbers of those that touch each band.
 #[derive(Default)]
-struct Bands<V> {
+struct InBands<V> {
     records: Vec<Record<V>>,
     memory: Vec<u32>,
 }
 
-impl<V: Varyings + Default> Bands<V> {
+impl<V: Varyings + Default> InBands<V> {
     /// Rows of a band: with colour and depth, a megabyte.
-    const HEIGHT: u32 = 64;
+    const ROWS: u32 = 64;
 
     /// Most triangles touch a band or two; if there are few, each may touch all.
     fn prepare(&mut self, workload: &Workload) {
-        let (triangles, bands) = (workload.indices.len() / 3, HEIGHT.div_ceil(Self::HEIGHT) as usize);
+        let (triangles, bands) = (workload.indices.len() / 3, HEIGHT.div_ceil(Self::ROWS) as usize);
         self.records.resize(triangles, Record::default());
         self.memory.resize(Grid::bin_memory(bands, bands * triangles.min(1000) + 2 * triangles), 0);
     }
@@ -163,7 +163,7 @@ impl<V: Varyings + Default> Bands<V> {
     ) -> Statistics {
         let mut rasterizer = rasterizer(workload);
         let vertices = rasterizer.project(positions(workload), room).expect("prepared");
-        let grid = Grid::new(target.area(), WIDTH, Self::HEIGHT).expect("a small frame");
+        let grid = Grid::new(target.area(), WIDTH, Self::ROWS).expect("a small frame");
         let mut preparation =
             rasterizer.prepare(target.area(), primitives, vertices, varyings).expect("valid indices");
         let mut statistics = Statistics::default();
