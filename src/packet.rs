@@ -72,6 +72,17 @@ const fn offsets(lanes: usize) -> [Vec4; 65] {
     offsets
 }
 
+/// What a row's fragments start from: a pixel, and what weights are made of and depth at the row's anchor, which lies `dx`
+/// columns left of that pixel.
+#[derive(Clone, Copy)]
+pub(crate) struct Start {
+    pub(crate) x: i32,
+    pub(crate) y: i32,
+    pub(crate) dx: f32,
+    pub(crate) base: Sample,
+    pub(crate) z: f32,
+}
+
 /// Rows up to this width share packets.
 pub(crate) const NARROW: usize = 64;
 
@@ -135,17 +146,16 @@ impl<C, D> Packet<'_, C, D> {
         end
     }
 
-    /// [`set`](Self::set) from `at` on for a short row of `len`, in windows of eight: as many as `old` has. The last one
-    /// reaches over the row's end. Gives how many of the row pass. Their colours come with them if they will be `BLENDED`.
+    /// [`set`](Self::set) from `at` on for a short row of `len`, in windows of eight: as many as what is `old` has. The last
+    /// one reaches over the row's end. Gives how many of the row pass. Their colours come with them if they will be `BLENDED`.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "all that a row is made of")]
     pub(crate) fn set_windows<const BLENDED: bool>(
         &mut self,
         at: usize,
         len: i32,
-        (base, step): (Sample, Sample),
-        (x, y): (i32, i32),
-        (z_base, dx): (f32, f32),
+        Start { x, y, dx, base, z: z_base }: Start,
+        step: Sample,
         plane: RowPlane<'_>,
         test: impl DepthTest,
         (old_colors, old): (&[C], &[D]),
@@ -211,14 +221,13 @@ impl<C, D> Packet<'_, C, D> {
         Some(passing.iter().sum())
     }
 
-    /// Sets `len` fragments from a pixel on to the neighbours of a row's anchor, where what they are made of is `base` and
-    /// depth is `z_base`. The first is `dx` columns from there. Gives how many pass the depth test against `old`.
+    /// Sets as many fragments as there are `old` depths, from a pixel to the right; weights change by `step` from one to the
+    /// next. Gives how many pass the depth test.
     #[inline(always)]
     pub(crate) fn set<const CLAMPS: bool>(
         &mut self,
-        (base, step): (Sample, Sample),
-        (x, y): (i32, i32),
-        (z_base, dx): (f32, f32),
+        Start { x, y, dx, base, z: z_base }: Start,
+        step: Sample,
         plane: RowPlane<'_>,
         test: impl DepthTest,
         old: &[D],

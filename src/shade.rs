@@ -24,7 +24,7 @@ use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Fragment, Sample, Shading};
 use crate::interpolate::Varyings;
 use crate::minute::Minute;
-use crate::packet::{NARROW, PACKET, Packet, RAMP, WINDOW, copy, place_of};
+use crate::packet::{NARROW, PACKET, Packet, RAMP, Start, WINDOW, copy, place_of};
 use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::setup::Setup;
 use crate::state::Statistics;
@@ -579,8 +579,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 (at.len, at.lent) = (len, 0);
                 continue;
             }
-            let dx = x - band.rows.anchor[lane];
-            let row = (band.z[lane], dx as f32);
+            let (z, dx) = (band.z[lane], (x - band.rows.anchor[lane]) as f32);
             let run = self.target.run(x, y, len);
             // A framebuffer that lends less than it was asked for gets no more than that.
             let lent = len.min(run.color.len()).min(run.depth.len());
@@ -588,24 +587,24 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             at.has_gaps |= lent < len;
             let len = lent;
             let old = run.depth.get(..len)?;
-            let (plane, last) = (band.plane(triangle.plane), row.1 + len as f32 - 1.0);
-            let needs_clamp = !(plane.contains(row.0, row.1) && plane.contains(row.0, last));
+            let (plane, last) = (band.plane(triangle.plane), dx + len as f32 - 1.0);
+            let needs_clamp = !(plane.contains(z, dx) && plane.contains(z, last));
             if !self.expects_all {
                 let passing = if needs_clamp {
-                    count_passing::<_, true>(self.test, plane, row, old)
+                    count_passing::<_, true>(self.test, plane, (z, dx), old)
                 } else {
-                    count_passing::<_, false>(self.test, plane, row, old)
+                    count_passing::<_, false>(self.test, plane, (z, dx), old)
                 };
                 if passing == 0 {
                     at.done = lent;
                     continue;
                 }
             }
-            let weights = (band.base(triangle.shading, lane), band.step);
+            let start = Start { x, y, dx, base: band.base(triangle.shading, lane), z };
             let passing = if needs_clamp {
-                packet.set::<true>(weights, (x, y), row, plane, self.test, old)
+                packet.set::<true>(start, band.step, plane, self.test, old)
             } else {
-                packet.set::<false>(weights, (x, y), row, plane, self.test, old)
+                packet.set::<false>(start, band.step, plane, self.test, old)
             };
             self.expects_all = passing as usize == len;
             if passing as usize == len {
@@ -661,13 +660,12 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         if filled + room > PACKET || x + room as i32 > self.target_area.right {
             return None;
         }
-        let (len, dx) = (band.rows.end[lane] - x, x - band.rows.anchor[lane]);
+        let (len, dx) = (band.rows.end[lane] - x, (x - band.rows.anchor[lane]) as f32);
         let run = self.target.run(x, y, room);
-        let (old_colors, old_depths) = (run.color.get(..room)?, run.depth.get(..room)?);
-        let (weights, row) = ((band.base(triangle.shading, lane), band.step), (band.z[lane], dx as f32));
-        let (plane, test) = (band.plane(triangle.plane), self.test);
-        let old = (old_colors, old_depths);
-        let passing = packet.set_windows::<BLENDS>(filled, len, weights, (x, y), row, plane, test, old)?;
+        let old = (run.color.get(..room)?, run.depth.get(..room)?);
+        let start = Start { x, y, dx, base: band.base(triangle.shading, lane), z: band.z[lane] };
+        let plane = band.plane(triangle.plane);
+        let passing = packet.set_windows::<BLENDS>(filled, len, start, band.step, plane, self.test, old)?;
         self.expects_all = passing == len.unsigned_abs();
         if !self.expects_all {
             return if passing == 0 { Some(0) } else { None };
