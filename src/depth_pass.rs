@@ -57,24 +57,24 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
         while top < bottom {
             let rows = solver.solve(top);
             let mut z = [0.0; LANES];
-            for lane in 0..LANES {
-                z[lane] = plane.at_edges(rows.edges[0][lane], rows.edges[1][lane]);
+            for row in 0..LANES {
+                z[row] = plane.at_edges(rows.edges[0][row], rows.edges[1][row]);
             }
-            for lane in 0..LANES.min((bottom - top) as usize) {
-                let (start, end) = (rows.start[lane].max(left), rows.end[lane].min(right));
-                let row = DepthRow { plane, y: top + lane as i32, z: z[lane], anchor: rows.anchor[lane] };
+            for row in 0..LANES.min((bottom - top) as usize) {
+                let (start, end) = (rows.start[row].max(left), rows.end[row].min(right));
+                let depth = DepthRow { plane, y: top + row as i32, z: z[row], anchor: rows.anchor[row] };
                 let (mut x, mut is_covered) = (start, start < end);
                 let mut hidden = Hidden::default();
                 while x < end {
                     if x == start || x >= hidden.right() {
-                        hidden = self.coarse.hidden(self.target, row, (x, end));
+                        hidden = self.coarse.hidden(self.target, depth, (x, end));
                     }
                     let (len, is_hidden) = self.coarse.stretch(hidden, (x, end), i32::MAX);
-                    is_covered &= is_hidden || self.draw_stretch(row, (x, x + len), &mut passed);
+                    is_covered &= is_hidden || self.draw_stretch(depth, (x, x + len), &mut passed);
                     x += len;
                 }
                 if is_covered && self.coarse.learns {
-                    self.coarse.learn(self.target, row, (start, end));
+                    self.coarse.learn(self.target, depth, (start, end));
                 }
             }
             top += LANES as i32;

@@ -76,7 +76,7 @@ pub(crate) fn reorder<T: Copy>([a, b, c]: [T; 3], order: [u8; 3]) -> [T; 3] {
 
 /// What weights are made of, at a sample. All are linear on the screen.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sample {
+pub(crate) struct WeightParts {
     /// E · 1/w of corners 0 and 1, and the sum of all three: perspective weights before the division.
     pub(crate) p: f32,
     pub(crate) q: f32,
@@ -101,7 +101,7 @@ fn product(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[0] * b[0], a[1] * b[1], a[2] * b[2]]
 }
 
-impl Sample {
+impl WeightParts {
     /// `dx` columns right of here.
     #[inline(always)]
     pub(crate) fn moved(self, step: Self, dx: f32) -> Self {
@@ -185,23 +185,23 @@ impl<'a, V: Varyings> Shading<'a, V> {
 
     /// What weights are made of where the edge functions are these; and, of their steps, its step.
     #[inline(always)]
-    pub(crate) fn sample(&self, edges: [f32; 3]) -> Sample {
+    pub(crate) fn parts(&self, edges: [f32; 3]) -> WeightParts {
         let [p, q, r] = product(edges, self.inv_w);
-        Sample { p, q, sum: p + q + r, l: edges[0] * self.inv_area2, m: edges[1] * self.inv_area2 }
+        WeightParts { p, q, sum: p + q + r, l: edges[0] * self.inv_area2, m: edges[1] * self.inv_area2 }
     }
 
-    /// [`sample`](Self::sample) for four: p, q, sum, l, m.
+    /// [`parts`](Self::parts) for four: p, q, sum, l, m.
     #[inline(always)]
-    pub(crate) fn samples(&self, [e0, e1, e2]: [Vec4; 3]) -> [Vec4; 5] {
+    pub(crate) fn parts_of_four(&self, [e0, e1, e2]: [Vec4; 3]) -> [Vec4; 5] {
         let [u, v, w] = self.inv_w;
         let (p, q, r) = (e0 * u, e1 * v, e2 * w);
         [p, q, p + q + r, e0 * self.inv_area2, e1 * self.inv_area2]
     }
 
-    /// The change of [`sample`](Self::sample) by a pixel to the right.
+    /// The change of [`parts`](Self::parts) by a pixel to the right.
     #[inline(always)]
-    pub(crate) fn step_x(&self) -> Sample {
-        self.sample(self.step_x)
+    pub(crate) fn step_x(&self) -> WeightParts {
+        self.parts(self.step_x)
     }
 }
 
@@ -229,7 +229,7 @@ impl<'a, V: Varyings> Shading<'a, V> {
 #[derive(Clone, Copy, Debug)]
 pub struct Fragment<'a, V> {
     pub(crate) triangle: &'a Shading<'a, V>,
-    pub(crate) at: Sample,
+    pub(crate) at: WeightParts,
     pub(crate) x: i32,
     pub(crate) y: i32,
     pub(crate) depth: f32,
@@ -344,7 +344,7 @@ impl<V: Varyings> Fragment<'_, V> {
     #[inline(always)]
     fn derivative(&self, step: [f32; 3]) -> V {
         let Shading { inv_w, inv_area2, provoking, .. } = *self.triangle;
-        let Sample { p, q, sum, .. } = self.at;
+        let WeightParts { p, q, sum, .. } = self.at;
         let inv_sum = 1.0 / sum;
         let [dp, dq, dr] = product(step, inv_w);
         let dsum = dp + dq + dr;

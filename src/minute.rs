@@ -23,7 +23,7 @@ pub(crate) struct Minute<'a> {
 }
 
 /// A covered sample.
-pub(crate) struct Place {
+pub(crate) struct Covered {
     pub(crate) x: i32,
     pub(crate) y: i32,
     /// Its place from the top left on, 16 a row: see [`place_of`](crate::packet::place_of).
@@ -41,10 +41,10 @@ impl<'a> Minute<'a> {
 }
 
 impl Iterator for Minute<'_> {
-    type Item = Place;
+    type Item = Covered;
 
     #[inline(always)]
-    fn next(&mut self) -> Option<Place> {
+    fn next(&mut self) -> Option<Covered> {
         if self.covered == 0 {
             return None;
         }
@@ -53,6 +53,6 @@ impl Iterator for Minute<'_> {
         let (dx, dy) = (bit & 1, bit >> 1);
         let (x, y) = (self.x + dx, self.y + dy);
         let edges = each(self.setup.edges(), |edge| edge.at(x, y) as i32 as f32);
-        Some(Place { x, y, place: (dx + 16 * dy) as u8, edges })
+        Some(Covered { x, y, place: (dx + 16 * dy) as u8, edges })
     }
 }

@@ -7,7 +7,7 @@ use core::sync::atomic::{Ordering, compiler_fence};
 use glam::{Mat4, Vec4};
 
 use crate::depth::{DepthFormat, DepthTest, passes};
-use crate::fragment::{Sample, Shading};
+use crate::fragment::{Shading, WeightParts};
 use crate::interpolate::Varyings;
 use crate::plane::{LanePlane, RowPlane};
 use crate::tiny::{SIDE, Tiny};
@@ -79,7 +79,7 @@ pub(crate) struct Start {
     pub(crate) x: i32,
     pub(crate) y: i32,
     pub(crate) dx: f32,
-    pub(crate) base: Sample,
+    pub(crate) base: WeightParts,
     pub(crate) z: f32,
 }
 
@@ -89,9 +89,9 @@ pub(crate) const NARROW: usize = 64;
 impl<C, D> Packet<'_, C, D> {
     /// Sets one fragment.
     #[inline(always)]
-    pub(crate) fn put(&mut self, at: usize, (x, y): (i32, i32), sample: Sample, z: f32, place: u8) {
+    pub(crate) fn put(&mut self, at: usize, (x, y): (i32, i32), parts: WeightParts, z: f32, place: u8) {
         let at = at & (PACKET - 1);
-        let Sample { p, q, sum, l, m } = sample;
+        let WeightParts { p, q, sum, l, m } = parts;
         (self.p[at], self.q[at], self.sum[at], self.l[at], self.m[at]) = (p, q, sum, l, m);
         (self.z[at], self.x[at], self.y[at]) = (z, x, y);
         if let Some(to) = self.places.get_mut(at) {
@@ -134,7 +134,7 @@ impl<C, D> Packet<'_, C, D> {
             let [a, b, c, d] = offsets;
             let offsets = Mat4::from_cols(a, b, c, d).transpose();
             let offset = (offsets.x_axis, offsets.y_axis + first as f32);
-            let ([p, q, sum, l, m], z) = tiny.samples(offset, shading, plane);
+            let ([p, q, sum, l, m], z) = tiny.parts_of_four(offset, shading, plane);
             put_four(self.p, at, p);
             put_four(self.q, at, q);
             put_four(self.sum, at, sum);
@@ -155,7 +155,7 @@ impl<C, D> Packet<'_, C, D> {
         at: usize,
         len: i32,
         Start { x, y, dx, base, z: z_base }: Start,
-        step: Sample,
+        step: WeightParts,
         plane: RowPlane<'_>,
         test: impl DepthTest,
         (old_colors, old): (&[C], &[D]),
@@ -227,7 +227,7 @@ impl<C, D> Packet<'_, C, D> {
     pub(crate) fn set<const CLAMPS: bool>(
         &mut self,
         Start { x, y, dx, base, z: z_base }: Start,
-        step: Sample,
+        step: WeightParts,
         plane: RowPlane<'_>,
         test: impl DepthTest,
         old: &[D],

@@ -21,7 +21,7 @@ use core::ops::Range;
 
 use crate::coarse::{Coarse, DepthRow, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
-use crate::fragment::{Fragment, Sample, Shading};
+use crate::fragment::{Fragment, Shading, WeightParts};
 use crate::interpolate::Varyings;
 use crate::minute::Minute;
 use crate::packet::{NARROW, PACKET, Packet, RAMP, Start, WINDOW, copy, place_of};
@@ -68,7 +68,7 @@ struct Triangle<'a, V> {
 /// Some rows of a triangle, ready to be shaded.
 struct Band {
     /// Changes along a row, of what weights are made of and of depth.
-    step: Sample,
+    step: WeightParts,
     step_z: f32,
     rows: Rows,
     /// Depth at the anchors.
@@ -109,10 +109,10 @@ impl Band {
         self.rows = solver.solve(self.y);
         self.count = LANES.min((self.bottom - self.y) as usize);
         let (left, right) = (area.left, area.right);
-        for lane in 0..LANES {
-            self.rows.start[lane] = self.rows.start[lane].max(left);
-            self.rows.end[lane] = self.rows.end[lane].min(right);
-            self.z[lane] = plane.at_edges(self.rows.edges[0][lane], self.rows.edges[1][lane]);
+        for row in 0..LANES {
+            self.rows.start[row] = self.rows.start[row].max(left);
+            self.rows.end[row] = self.rows.end[row].min(right);
+            self.z[row] = plane.at_edges(self.rows.edges[0][row], self.rows.edges[1][row]);
         }
         true
     }
@@ -125,22 +125,22 @@ impl Band {
 
     /// Depth on a row.
     #[inline(always)]
-    fn depth<'a>(&self, plane: &'a DepthPlane, lane: usize) -> DepthRow<'a> {
-        let (plane, z, anchor) = (self.plane(plane), self.z[lane], self.rows.anchor[lane]);
-        DepthRow { plane, y: self.y + lane as i32, z, anchor }
+    fn depth<'a>(&self, plane: &'a DepthPlane, row: usize) -> DepthRow<'a> {
+        let (plane, z, anchor) = (self.plane(plane), self.z[row], self.rows.anchor[row]);
+        DepthRow { plane, y: self.y + row as i32, z, anchor }
     }
 
     /// How many samples of a row are covered.
     #[inline(always)]
-    fn len(&self, lane: usize) -> usize {
-        (self.rows.end[lane] - self.rows.start[lane]).max(0) as usize
+    fn len(&self, row: usize) -> usize {
+        (self.rows.end[row] - self.rows.start[row]).max(0) as usize
     }
 
     /// What weights are made of at a row's anchor.
     #[inline(always)]
-    fn base<V: Varyings>(&self, shading: &Shading<'_, V>, lane: usize) -> Sample {
+    fn base<V: Varyings>(&self, shading: &Shading<'_, V>, row: usize) -> WeightParts {
         let [a, b, c] = &self.rows.edges;
-        shading.sample([a[lane], b[lane], c[lane]])
+        shading.parts([a[row], b[row], c[row]])
     }
 }
 
@@ -208,7 +208,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             // And where it goes: into the framebuffer, or into the packet's own pixels.
             let (colors, depths) = match &work {
                 Work::Rows(_, band, at) if at.gathered.is_empty() => {
-                    let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, asked);
+                    let run = self.target.run(at.x + begin as i32, band.y + at.row as i32, asked);
                     // Fewer if the framebuffer lends fewer.
                     len = len.min(run.color.len()).min(run.depth.len());
                     if Self::MAY_READ {
@@ -248,7 +248,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             // Shade. Both results are selected, not branched on, so that a discard vectorises too.
             let mut kept = 0u32;
             for i in 0..len {
-                let at = Sample { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
+                let at = WeightParts { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
                 let fragment = Fragment { triangle: &shading, at, x: xs[i], y: ys[i], depth: z[i] };
                 let shaded = (self.shade)(fragment, colors[i]).into();
                 let is_kept = shaded.is_some();
@@ -271,7 +271,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 Work::Tiny(origin, len) => return self.write_tiny(*origin, *len, packet),
                 Work::Rows(_, band, at) if at.gathered.is_empty() => {
                     if Self::MAY_READ {
-                        let run = self.target.run(at.x + begin as i32, band.y + at.lane as i32, asked);
+                        let run = self.target.run(at.x + begin as i32, band.y + at.row as i32, asked);
                         copy(run.color, packet.colors.get(..len).unwrap_or_default());
                         if self.test.writes() {
                             copy(run.depth, packet.depths.get(..len).unwrap_or_default());
@@ -314,15 +314,15 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     }
                 };
                 if at.gathered.is_empty() && Self::MAY_READ {
-                    restore(0, len, (at.x + begin as i32, band.y + at.lane as i32), asked);
+                    restore(0, len, (at.x + begin as i32, band.y + at.row as i32), asked);
                 }
                 let mut begin = 0;
-                for lane in at.gathered.clone() {
-                    let Some(&end) = at.ends.get(lane) else { break };
-                    let (len, x) = (end - begin, band.rows.start[lane]);
+                for row in at.gathered.clone() {
+                    let Some(&end) = at.ends.get(row) else { break };
+                    let (len, x) = (end - begin, band.rows.start[row]);
                     // An empty row may lie beside the area.
                     if len > 0 {
-                        restore(begin, len, (x, band.y + lane as i32), len);
+                        restore(begin, len, (x, band.y + row as i32), len);
                     }
                     begin = end;
                 }
@@ -345,7 +345,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let run = self.target.run(sample.x, sample.y, 1);
             let (Some(&color), Some(&depth)) = (run.color.first(), run.depth.first()) else { continue };
             if passes(self.test, z, depth) {
-                packet.put(filled, (sample.x, sample.y), shading.sample(sample.edges), z, sample.place);
+                packet.put(filled, (sample.x, sample.y), shading.parts(sample.edges), z, sample.place);
                 if BLENDS {
                     packet.colors[filled] = color;
                 }
@@ -503,12 +503,12 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     /// cache, what is not there comes while the rest is asked for, and not a row after the other.
     #[inline(always)]
     fn touch(&mut self, band: &Band) {
-        for lane in 0..band.count {
-            let len = band.len(lane);
+        for row in 0..band.count {
+            let len = band.len(row);
             if len == 0 || len > NARROW {
                 continue;
             }
-            let run = self.target.run(band.rows.start[lane], band.y + lane as i32, len);
+            let run = self.target.run(band.rows.start[row], band.y + row as i32, len);
             let mut i = 0;
             if self.expects_all {
                 while let (Some(&color), Some(&depth)) = (run.color.get(i), run.depth.get(i)) {
@@ -537,7 +537,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         loop {
             if at.done < at.lent {
                 // The next that pass, of a stretch in which some do.
-                let run = self.target.run(at.x, band.y + at.lane as i32, at.lent);
+                let run = self.target.run(at.x, band.y + at.row as i32, at.lent);
                 let (z, old) = (packet.z.get(..at.lent)?, run.depth.get(..at.lent)?);
                 let begin = skip::<_, false>(self.test, z, old, at.done);
                 at.done = skip::<_, true>(self.test, z, old, begin);
@@ -545,14 +545,14 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     return Some((begin, at.done));
                 }
             }
-            let is_between_rows = at.len == 0 || at.x + at.len as i32 >= *band.rows.end.get(at.lane)?;
+            let is_between_rows = at.len == 0 || at.x + at.len as i32 >= *band.rows.end.get(at.row)?;
             if is_between_rows {
                 if at.len > 0 {
                     if self.coarse.learns && at.is_shaded && !at.has_gaps {
-                        let columns = (*band.rows.start.get(at.lane)?, *band.rows.end.get(at.lane)?);
-                        self.coarse.learn(self.target, band.depth(triangle.plane, at.lane), columns);
+                        let columns = (*band.rows.start.get(at.row)?, *band.rows.end.get(at.row)?);
+                        self.coarse.learn(self.target, band.depth(triangle.plane, at.row), columns);
                     }
-                    at.lane += 1;
+                    at.row += 1;
                 }
                 (at.is_shaded, at.has_gaps) = (false, false);
                 (at.len, at.lent, at.done) = (0, 0, 0);
@@ -560,18 +560,18 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 if filled > 0 {
                     return Some((0, filled));
                 }
-                if at.lane >= band.count {
+                if at.row >= band.count {
                     return None;
                 }
             }
             // The next stretch.
-            at.x = if is_between_rows { *band.rows.start.get(at.lane)? } else { at.x + at.len as i32 };
+            at.x = if is_between_rows { *band.rows.start.get(at.row)? } else { at.x + at.len as i32 };
             at.done = 0;
-            let lane = at.lane;
-            let (x, y) = (at.x, band.y + lane as i32);
-            let columns = (x, band.rows.end[lane]);
+            let row = at.row;
+            let (x, y) = (at.x, band.y + row as i32);
+            let columns = (x, band.rows.end[row]);
             if is_between_rows || x >= at.hidden.right() {
-                at.hidden = self.coarse.hidden(self.target, band.depth(triangle.plane, lane), columns);
+                at.hidden = self.coarse.hidden(self.target, band.depth(triangle.plane, row), columns);
             }
             let (len, is_hidden) = self.coarse.stretch(at.hidden, columns, PACKET as i32);
             let len = len as usize;
@@ -579,7 +579,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 (at.len, at.lent) = (len, 0);
                 continue;
             }
-            let (z, dx) = (band.z[lane], (x - band.rows.anchor[lane]) as f32);
+            let (z, dx) = (band.z[row], (x - band.rows.anchor[row]) as f32);
             let run = self.target.run(x, y, len);
             // A framebuffer that lends less than it was asked for gets no more than that.
             let lent = len.min(run.color.len()).min(run.depth.len());
@@ -600,7 +600,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     continue;
                 }
             }
-            let start = Start { x, y, dx, base: band.base(triangle.shading, lane), z };
+            let start = Start { x, y, dx, base: band.base(triangle.shading, row), z };
             let passing = if needs_clamp {
                 packet.set::<true>(start, band.step, plane, self.test, old)
             } else {
@@ -614,7 +614,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         }
     }
 
-    /// Fills a packet with whole rows, from `at.lane` on, up to the first that does not suit: one that is wide, that fails
+    /// Fills a packet with whole rows, from `at.row` on, up to the first that does not suit: one that is wide, that fails
     /// the depth test in part, that no longer fits, or that has no room for windows. Gives how many fragments.
     #[inline(always)]
     fn gather_rows<V: Varyings>(
@@ -624,23 +624,23 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         at: &mut Progress,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
-        let (first, mut filled) = (at.lane, 0);
-        while at.lane < band.count.min(LANES) {
-            let (lane, len) = (at.lane, band.len(at.lane));
+        let (first, mut filled) = (at.row, 0);
+        while at.row < band.count.min(LANES) {
+            let (row, len) = (at.row, band.len(at.row));
             if len > 0 {
                 if len > NARROW || !self.expects_all {
                     break;
                 }
                 let room = len.next_multiple_of(WINDOW);
-                let Some(gathered) = self.gather_row(triangle, band, lane, room, filled, packet) else {
+                let Some(gathered) = self.gather_row(triangle, band, row, room, filled, packet) else {
                     break;
                 };
                 filled += gathered;
             }
-            at.ends[lane] = filled;
-            at.lane += 1;
+            at.ends[row] = filled;
+            at.row += 1;
         }
-        at.gathered = if filled > 0 { first..at.lane } else { 0..0 };
+        at.gathered = if filled > 0 { first..at.row } else { 0..0 };
         filled
     }
 
@@ -651,19 +651,19 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         &mut self,
         triangle: Triangle<'_, V>,
         band: &Band,
-        lane: usize,
+        row: usize,
         room: usize,
         filled: usize,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> Option<usize> {
-        let (x, y) = (band.rows.start[lane], band.y + lane as i32);
+        let (x, y) = (band.rows.start[row], band.y + row as i32);
         if filled + room > PACKET || x + room as i32 > self.target_area.right {
             return None;
         }
-        let (len, dx) = (band.rows.end[lane] - x, (x - band.rows.anchor[lane]) as f32);
+        let (len, dx) = (band.rows.end[row] - x, (x - band.rows.anchor[row]) as f32);
         let run = self.target.run(x, y, room);
         let old = (run.color.get(..room)?, run.depth.get(..room)?);
-        let start = Start { x, y, dx, base: band.base(triangle.shading, lane), z: band.z[lane] };
+        let start = Start { x, y, dx, base: band.base(triangle.shading, row), z: band.z[row] };
         let plane = band.plane(triangle.plane);
         let passing = packet.set_windows::<BLENDS>(filled, len, start, band.step, plane, self.test, old)?;
         self.expects_all = passing == len.unsigned_abs();
@@ -677,9 +677,9 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     #[inline(always)]
     fn write_rows(&mut self, band: &Band, at: &mut Progress, packet: &Packet<'_, F::Color, F::Depth>) {
         let mut begin = 0;
-        for lane in core::mem::take(&mut at.gathered) {
-            let Some(&end) = at.ends.get(lane) else { return };
-            if begin < end && self.write_row(band, lane, begin..end, packet).is_none() {
+        for row in core::mem::take(&mut at.gathered) {
+            let Some(&end) = at.ends.get(row) else { return };
+            if begin < end && self.write_row(band, row, begin..end, packet).is_none() {
                 return;
             }
             begin = end;
@@ -691,11 +691,11 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     fn write_row(
         &mut self,
         band: &Band,
-        lane: usize,
+        row: usize,
         place: Range<usize>,
         packet: &Packet<'_, F::Color, F::Depth>,
     ) -> Option<()> {
-        let run = self.target.run(band.rows.start[lane], band.y + lane as i32, place.len());
+        let run = self.target.run(band.rows.start[row], band.y + row as i32, place.len());
         let (to_colors, to_depths) = (run.color.get_mut(..place.len())?, run.depth.get_mut(..place.len())?);
         let (colors, depths) = (packet.colors.get(place.clone())?, packet.depths.get(place)?);
         write_both((to_colors, colors), (to_depths, depths), self.test.writes());
@@ -813,7 +813,7 @@ fn write_window<T: Copy, const N: usize>(to: &mut [T], from: &[T], at: usize) {
 #[derive(Clone, Debug, Default)]
 struct Progress {
     /// The row.
-    lane: usize,
+    row: usize,
     /// The stretch of it that the packet holds: its first column and its length, and how much of it is done.
     x: i32,
     len: usize,
@@ -835,7 +835,7 @@ impl Progress {
     /// Before the first row. (Field by field: a whole new one would be put together and then copied.)
     #[inline(always)]
     fn begin(&mut self) {
-        (self.lane, self.len, self.done, self.lent) = (0, 0, 0, 0);
+        (self.row, self.len, self.done, self.lent) = (0, 0, 0, 0);
         (self.is_shaded, self.has_gaps) = (false, false);
         self.gathered = 0..0;
     }

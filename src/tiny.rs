@@ -193,7 +193,7 @@ impl Tiny {
 
     /// What weights of four samples are made of, and their depths, from their columns and rows in the window.
     #[inline(always)]
-    pub(crate) fn samples<V: Varyings>(
+    pub(crate) fn parts_of_four<V: Varyings>(
         &self,
         (column, row): (Vec4, Vec4),
         shading: &Shading<'_, V>,
@@ -202,7 +202,7 @@ impl Tiny {
         let dx = column + self.dx;
         let edge = |i: usize| dx * self.a[i] + (row * self.b[i] + self.c[i]);
         let edges = [edge(0), edge(1), edge(2)];
-        (shading.samples(edges), plane.at([edges[0], edges[1]]))
+        (shading.parts_of_four(edges), plane.at([edges[0], edges[1]]))
     }
 }
 
