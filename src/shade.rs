@@ -14,7 +14,7 @@
 //!
 //! Elsewhere, `one_by_one.rs` tests and shades one fragment after the other: less memory, less code, and the same results.
 
-#![expect(clippy::cast_possible_truncation, reason = "offsets in a packet and lanes of a band are under 2⁹")]
+#![expect(clippy::cast_possible_truncation, reason = "offsets in a packet and rows of a band are under 2⁹")]
 
 use core::hint::black_box;
 use core::ops::Range;
