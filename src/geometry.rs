@@ -421,8 +421,9 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         }
     }
 
-    /// Which samples are [`covered`](crate::fan::Piece::covered), or that it is not known if any of the four lies outside of the area.
-    /// The sieve has seen to that; but who computes positions may give others when asked again, and must not be drawn there.
+    /// Which samples are [`covered`](crate::fan::Piece::covered), or that it is not known if any of the four lies outside of
+    /// the area. The sieve has seen to that; but who computes positions may give others when asked again, and must not be drawn
+    /// there.
     #[inline(always)]
     fn within(&self, setup: &Setup, covered: u8) -> u8 {
         let (Borders { left, top, .. }, area) = (setup.borders(), self.area);

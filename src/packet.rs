@@ -146,8 +146,9 @@ impl<C, D> Packet<'_, C, D> {
         end
     }
 
-    /// [`set`](Self::set) from `at` on for a short row of `len`, in windows of eight: as many as what is `old` has. The last
-    /// one reaches over the row's end. Gives how many of the row pass. Their colours come with them if they will be `BLENDED`.
+    /// [`set`](Self::set) from `at` on for a short row of `len`, in windows of eight: as many as the old pixels make, of which
+    /// the last one reaches over the row's end. Gives how many of the row pass. The old colours come with them if they will be
+    /// `BLENDED`.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "all that a row is made of")]
     pub(crate) fn set_windows<const BLENDED: bool>(
