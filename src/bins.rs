@@ -2,7 +2,8 @@
 //!
 //! Without them each tile looks at every record, if only to skip it. With them it looks at those whose triangles have no
 //! edge that excludes it, which is decided exactly, at the tile's corners: a sliver across the frame touches the tiles along
-//! it and not its whole bounding box. A triangle whose bounding box lies in one tile is not tested further.
+//! it and not its whole bounding box. A triangle of which the bounding box, as far as it is seen, lies in one tile is not
+//! tested further.
 //!
 //! The memory is the caller's, one slice of `u32` (compressed sparse rows, filled in two passes):
 //!
@@ -216,7 +217,8 @@ fn touched_of(
 }
 
 impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
-    /// Finds out which records touch which tile, so that a tile draws only what it shows.
+    /// Finds out which records touch which tile, so that a tile draws only what it shows: a triangle touches a tile of which
+    /// no edge excludes every sample, and the one tile that its bounding box lies in, as far as it is seen.
     ///
     /// `memory` must be [`Grid::bin_memory`] long. When it is too short for all records, as many of the first ones as
     /// fit are in the bins, and [`Bins::rest`] are the others: draw the tiles, and go on with those. Each tile has its

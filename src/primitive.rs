@@ -209,7 +209,8 @@ impl<I> Primitives<'_, I> {
     /// Numbers and everything else that a triangle knows stay those of the whole; parts one after the other draw what
     /// the whole draws. A range that reaches past the last triangle ends there. Of a part, it takes what lies in both.
     ///
-    /// Where a part starts is computed; with [restarts](Self::with_restart) it is counted from the first index.
+    /// Where a part starts is computed; with [restarts](Self::with_restart) it is counted from the first index. An index out
+    /// of range is an error of the parts that it lies in, with restarts of all.
     ///
     /// ```
     /// # use glam::Vec4;

@@ -200,7 +200,7 @@ impl Setup {
     /// How much of `rect` it covers, decided exactly by its edges at the corner samples.
     ///
     /// `None` and `Full` are certain. `Partial` may be wrong in one way: a rectangle beside a sharp corner may hold no covered
-    /// sample.
+    /// sample. (Pixels beyond [`EXTENT`](crate::EXTENT) are never covered.)
     ///
     /// ```
     /// # use halfplane::{Coverage, ProjectedVertex, Rect, Setup};
@@ -211,14 +211,14 @@ impl Setup {
     /// ```
     #[must_use]
     pub fn coverage(&self, rect: Rect) -> Coverage {
-        let rect = rect.intersection(crate::target::DOMAIN);
+        let (whole, rect) = (rect, rect.intersection(crate::target::DOMAIN));
         if rect.is_empty() || rect.intersection(self.bounds()).is_empty() {
             return Coverage::None;
         }
         let edges = self.edges();
         if edges.iter().any(|edge| edge.excludes(rect)) {
             Coverage::None
-        } else if edges.iter().all(|edge| edge.includes(rect)) {
+        } else if rect == whole && edges.iter().all(|edge| edge.includes(rect)) {
             Coverage::Full
         } else {
             Coverage::Partial
@@ -232,6 +232,18 @@ mod tests {
 
     fn vertex(x: i32, y: i32) -> ProjectedVertex {
         ProjectedVertex::new(x, y, 0.5, 1.0).expect("in range")
+    }
+
+    #[test]
+    fn what_lies_beyond_the_domain_is_not_covered() {
+        let [low, high] = [-16_384, 16_384].map(|pixel| pixel * 256);
+        let setup = Setup::new([vertex(low, low), vertex(high, low), vertex(low, high)]).expect("an area");
+        let of = |x, width| setup.coverage(Rect { x, y: -16_384, width, height: 10 });
+        assert_eq!(
+            [of(-16_384, 20), of(-16_394, 20), of(-16_394, 10)],
+            [Coverage::Full, Coverage::Partial, Coverage::None],
+            "within, half, outside"
+        );
     }
 
     #[test]

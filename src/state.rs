@@ -47,7 +47,8 @@ pub enum FrontFace {
 pub struct Statistics {
     /// Triangles that primitive assembly made.
     pub primitives: u64,
-    /// Triangles skipped because a coordinate was NaN, infinite or beyond 2¹⁰⁰.
+    /// Triangles skipped because a coordinate was NaN, infinite or beyond 2¹⁰⁰. (Not for an x or y beyond, if its vertex
+    /// lies near the frame once divided by w.)
     pub invalid: u64,
     /// Triangles of which nothing lies inside of the clip volume.
     pub outside: u64,

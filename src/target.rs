@@ -236,9 +236,10 @@ pub struct Bounds<'a, D> {
 /// Memory for a picture.
 ///
 /// **Law**: for every run inside [`area`](Self::area), [`run`](Self::run) lends slices that are exactly `len` long, the
-/// same memory for the same pixel. (Of shorter slices, some pixels or none are drawn; nothing panics.) The same holds for
-/// [`block`](Self::block) and [`bounds`](Self::bounds), if it lends any. A framebuffer around another should lend what that
-/// one does; bounds it must, and have its area.
+/// same memory for the same pixel, and other memory for every other: several rows are read before any of them is written.
+/// (Of shorter slices, some pixels or none are drawn; nothing panics.) The same holds for [`block`](Self::block) and
+/// [`bounds`](Self::bounds), if it lends any. A framebuffer around another should lend what that one does; bounds it must,
+/// and have its area.
 ///
 /// Pixels of 1, 2 or 4 bytes shade fastest. A SIMD type such as glam's `Vec4` as colour or as varying keeps the compiler
 /// from putting several pixels into one register.
@@ -568,15 +569,15 @@ impl<C: Plane, D: Plane<Item: DepthFormat>> Surface<C, D> {
             return Err(SurfaceError::StrideTooSmall { stride, width: area.width });
         }
         let needed = match (area.is_empty(), (area.height as usize).checked_sub(1)) {
-            (true, _) | (_, None) => 0,
-            (false, Some(rows)) => rows
-                .checked_mul(stride)
-                .and_then(|before| before.checked_add(area.width as usize))
-                .unwrap_or(usize::MAX),
+            (true, _) | (_, None) => Some(0),
+            (false, Some(rows)) => {
+                rows.checked_mul(stride).and_then(|before| before.checked_add(area.width as usize))
+            }
         };
         for (plane, len) in [("color", color.len()), ("depth", depth.len())] {
-            if len < needed {
-                return Err(SurfaceError::TooShort { plane, len, needed });
+            // What overflows is more than even an absent plane has.
+            if needed.is_none_or(|needed| len < needed) {
+                return Err(SurfaceError::TooShort { plane, len, needed: needed.unwrap_or(usize::MAX) });
             }
         }
         Ok(Self { color, depth, area, stride })

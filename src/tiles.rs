@@ -227,9 +227,8 @@ impl Grid {
         if tiles.len() < needed {
             return Err(SurfaceError::TooShort { plane: "color", len: tiles.len(), needed });
         }
-        let origin = Rect::of_size(self.area.width, self.area.height);
         // Only to have the frame checked.
-        Surface::with_planes(&mut *frame, crate::target::Absent::default(), origin, stride)?;
+        Surface::with_planes(&mut *frame, crate::target::Absent::default(), self.area, stride)?;
         for (tile, pixels) in self.tiles().zip(tiles.chunks(self.tile_len().max(1))) {
             let (left, top) = (tile.x.abs_diff(self.area.x) as usize, tile.y.abs_diff(self.area.y) as usize);
             let width = tile.width as usize;

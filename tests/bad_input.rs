@@ -965,6 +965,16 @@ fn positions_that_change_are_not_drawn_outside_of_the_framebuffer() {
     }
 }
 
+#[test]
+fn what_overflows_does_not_fit_even_where_nothing_is_stored() {
+    let area = Rect::of_size(40, 17);
+    let absent = |stride| Surface::with_planes(Absent::default(), Absent::default(), area, stride).map(drop);
+    assert_eq!(absent(usize::MAX / 17), Ok(()), "just fits");
+    let error = SurfaceError::TooShort { plane: "color", len: usize::MAX, needed: usize::MAX };
+    assert_eq!(absent(usize::MAX / 16), Err(error), "16 rows and 40 pixels");
+    assert_eq!(absent(usize::MAX / 2), Err(error), "more by far");
+}
+
 type DepthOnly<'a> = Surface<Absent, &'a mut [f32]>;
 
 #[test]

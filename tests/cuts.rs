@@ -334,6 +334,17 @@ fn no_room_for_records_is_an_error() {
 }
 
 #[test]
+fn grids_as_wide_as_everything_are_copied_to_rows() {
+    let area = Rect { x: -16_384, y: 16_382, width: 32_768, height: 2 };
+    let grid = Grid::new(area, 48, 2).expect("legal");
+    let tiles: Vec<u32> = (0..).take(grid.len() * grid.tile_len()).collect();
+    let mut frame = vec![0; 32_768 * 2];
+    grid.copy_to_rows(&tiles, &mut frame, 32_768).expect("both are long enough");
+    assert_eq!((frame[47], frame[48], frame[32_768 + 48]), (47, 96, 96 + 48), "the first two tiles");
+    assert_eq!(frame[32_767], 96 * 682 + 31, "the last one is cut to 32 columns");
+}
+
+#[test]
 fn scissors_are_those_of_each_draw() {
     let points = [[0.0, 0.0], [0.0, 40.0], [24.0, 40.0], [24.0, 0.0], [24.0, 40.0], [48.0, 40.0]];
     let (positions, values) = (points.map(|point| FRAME.at(point)), [mixed(0.0, 1.0, 2); 6]);
