@@ -7,7 +7,7 @@
 #![expect(clippy::cast_possible_truncation, reason = "places in a batch are under 2⁶")]
 
 use crate::fan::{Fan, Piece};
-use crate::fragment::{Identity, reorder};
+use crate::fragment::Identity;
 use crate::primitive::{Index, Triangle, Triangles};
 use crate::project::{Positions, ProjectedVertex, Projector, ROUNDING, is_invalid};
 use crate::setup::{ORDERS, Setup, sample_bounds, signed_area2};
@@ -404,16 +404,17 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             self.batch.next += 1;
             let (triangle, verdict) = (self.batch.triangles[lane], self.batch.verdicts[lane]);
             let number = self.batch.primitive.wrapping_add(lane as u32);
-            let vertices = triangle.vertices;
-            let setup = if verdict & verdict::UNDECIDED == 0 {
+            let (setup, vertices) = if verdict & verdict::UNDECIDED == 0 {
                 let place = verdict & verdict::ORDER;
-                let order = *ORDERS.get(place as usize)?;
-                Setup::of_corners(self.vertices.corners(reorder(vertices, order)), place as u8)
+                // Straight from the batch: in which order they come, no predictor can tell.
+                let vertices = self.batch.triangles[lane].in_order(*ORDERS.get(place as usize)?);
+                (Setup::of_corners(self.vertices.corners(vertices), place as u8), vertices)
             } else {
                 if !self.look_closer(triangle, number, fan) {
                     continue;
                 }
-                self.aside.setup
+                let setup = self.aside.setup;
+                (setup, triangle.in_order(setup.order()))
             };
             let identity = self.facing.identity(triangle, setup.is_counter_clockwise(), number);
             let covered = self.within(&setup, (verdict >> verdict::COVERED_SHIFT) as u8);

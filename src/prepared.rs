@@ -20,7 +20,7 @@ use glam::Vec4;
 
 use crate::depth::DepthTest;
 use crate::fan::{Fan, History, Piece, at_corners};
-use crate::fragment::{Fragment, Identity, reorder};
+use crate::fragment::{Fragment, Identity};
 use crate::geometry::Geometry;
 use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
@@ -240,13 +240,8 @@ impl<I: Index, P: Positions, A: Attributes> Preparation<'_, I, P, A> {
         loop {
             let mut fan = None;
             let piece = self.geometry.next(&mut fan)?;
-            let vertices = match fan {
-                None => reorder(piece.vertices, piece.setup.order()),
-                Some(_) => piece.vertices,
-            };
-            let [Some(a), Some(b), Some(c)] = each(vertices, |index| self.varyings.fetch(index)) else {
-                continue;
-            };
+            let values = each(piece.vertices, |index| self.varyings.fetch(index));
+            let [Some(a), Some(b), Some(c)] = values else { continue };
             // Of a clipped triangle, the first piece that may be seen stands for all: the rest of the fan is dropped.
             return Some(match fan {
                 None => Record::of_piece(&piece, [a, b, c]),

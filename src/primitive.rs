@@ -3,6 +3,9 @@
 //! Orders and provoking vertices are Vulkan's ("Primitive Topologies"): each triangle lists its vertices so that
 //! neighbours in a strip or fan wind alike.
 
+
+use crate::fragment::reorder;
+
 /// How a sequence of vertices becomes triangles.
 ///
 /// ```text
@@ -327,6 +330,14 @@ pub(crate) struct Triangle {
     pub(crate) vertices: [usize; 3],
     /// Which of the three is the last provoking vertex.
     pub(crate) last_provoking: u8,
+}
+
+impl Triangle {
+    /// Its vertices, `order[i]` for each i.
+    #[inline(always)]
+    pub(crate) fn in_order(&self, order: [u8; 3]) -> [usize; 3] {
+        reorder(self.vertices, order)
+    }
 }
 
 /// Iterator over the triangles of [`Primitives`].

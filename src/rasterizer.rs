@@ -11,7 +11,7 @@ use crate::coarse::Coarse;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
 use crate::depth_pass::DepthPass;
 use crate::fan::{Fan, History, Piece, at_corners};
-use crate::fragment::{Fragment, Shading, reorder};
+use crate::fragment::{Fragment, Shading};
 use crate::geometry::{Facing, Geometry};
 use crate::interpolate::Varyings;
 use crate::one_by_one::{OneByOne, Vertices};
@@ -594,8 +594,7 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
 
     #[inline(always)]
     fn varyings(&mut self, piece: &Piece, history: Option<&History>) -> Option<&[A::Value; 3]> {
-        let order = if self.fan.is_some() { [0, 1, 2] } else { piece.setup.order() };
-        let [i, j, k] = reorder(piece.vertices, order);
+        let [i, j, k] = piece.vertices;
         let varyings = &self.varyings;
         // One by one into the place where they stay.
         let values = match &mut self.values {
