@@ -108,9 +108,11 @@ impl PixelBorders {
 #[derive(Debug)]
 struct Batch {
     triangles: [Triangle; BATCH],
-    /// The coordinates of each one's vertices, in subpixels.
-    x: [[i32; BATCH]; 3],
-    y: [[i32; BATCH]; 3],
+    /// x and y of their first vertices, second and third ones, in subpixels, as they were fetched: two at once.
+    corners: [[[i32; 2]; BATCH]; 3],
+    /// The same as the sieve needs them.
+    x: [[f32; BATCH]; 3],
+    y: [[f32; BATCH]; 3],
     verdicts: [u32; BATCH],
     /// Which of them may be seen, and how many those are.
     list: [usize; BATCH],
@@ -126,8 +128,9 @@ struct Batch {
 impl Batch {
     const EMPTY: Self = Self {
         triangles: [Triangle { vertices: [0; 3], last_provoking: 0 }; BATCH],
-        x: [[0; BATCH]; 3],
-        y: [[0; BATCH]; 3],
+        corners: [[[0; 2]; BATCH]; 3],
+        x: [[0.0; BATCH]; 3],
+        y: [[0.0; BATCH]; 3],
         verdicts: [0; BATCH],
         list: [0; BATCH],
         len: 0,
@@ -136,12 +139,15 @@ impl Batch {
         primitive: 0,
     };
 
-    /// Puts a triangle's vertices in their place.
+    /// Takes the corners apart.
     #[inline(always)]
-    fn put(&mut self, at: usize, [a, b, c]: [ProjectedVertex; 3]) {
-        let Self { x: [ax, bx, cx], y: [ay, by, cy], .. } = self;
-        (ax[at], bx[at], cx[at]) = (a.x(), b.x(), c.x());
-        (ay[at], by[at], cy[at]) = (a.y(), b.y(), c.y());
+    fn split_corners(&mut self) {
+        let Self { corners, x, y, .. } = self;
+        for (corners, (x, y)) in corners.iter().zip(x.iter_mut().zip(y)) {
+            for i in 0..BATCH {
+                (x[i], y[i]) = (corners[i][0] as f32, corners[i][1] as f32);
+            }
+        }
     }
 }
 
@@ -239,13 +245,29 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     fn refill(&mut self) -> bool {
         self.batch.primitive = self.batch.primitive.wrapping_add(self.batch.count as u32);
         let Self { triangles, vertices, batch, .. } = self;
-        let count = triangles.for_next(BATCH, |i, triangle| {
-            batch.triangles[i & (BATCH - 1)] = triangle;
-            batch.put(i & (BATCH - 1), vertices.corners(triangle.vertices));
-        });
+        let [a, b, c] = &mut batch.corners;
+        let slots = batch.triangles.iter_mut().zip(a.iter_mut().zip(b).zip(c));
+        let count = if P::ARE_PROJECTED {
+            let projected = vertices.positions.projected();
+            triangles.for_next(slots, |(slot, ((a, b), c)), triangle| {
+                *slot = triangle;
+                let [i, j, k] = triangle.vertices;
+                // An index is in range. If it were not, these ways out, each unlike the others, are branches that are never
+                // taken, and not a choice to be made for each vertex.
+                let Some(i) = projected.get(i) else { return *a = [0; 2] };
+                let Some(j) = projected.get(j) else { return *b = [0; 2] };
+                let Some(k) = projected.get(k) else { return *c = [0; 2] };
+                (*a, *b, *c) = (i.xy(), j.xy(), k.xy());
+            })
+        } else {
+            triangles.for_next(slots, |(slot, ((a, b), c)), triangle| {
+                *slot = triangle;
+                [*a, *b, *c] = each(vertices.corners(triangle.vertices), ProjectedVertex::xy);
+            })
+        };
         if count < BATCH && HAS_FLOAT_LANES {
-            for coordinates in batch.x.iter_mut().chain(&mut batch.y) {
-                coordinates.get_mut(count..).unwrap_or_default().fill(0);
+            for corners in &mut batch.corners {
+                corners.get_mut(count..).unwrap_or_default().fill([0; 2]);
             }
         }
         self.batch.count = count;
@@ -264,6 +286,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[inline(always)]
     fn sift(&mut self, count: usize) {
         (self.batch.len, self.batch.next) = (0, 0);
+        self.batch.split_corners();
         // Meshes turn their backs in long stretches: whole batches end here.
         if self.sift_by_facing(count) == 0 {
             return;
@@ -294,8 +317,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         let culls = f32::from(i8::from(self.facing.culls(1)) - i8::from(self.facing.culls(-1)));
         let (mut culled, mut degenerate) = (0, 0);
         for i in 0..BATCH {
-            let [ax, bx, cx] = [ax[i] as f32, bx[i] as f32, cx[i] as f32];
-            let [ay, by, cy] = [ay[i] as f32, by[i] as f32, cy[i] as f32];
+            let ([ax, bx, cx], [ay, by, cy]) = ([ax[i], bx[i], cx[i]], [ay[i], by[i], cy[i]]);
             let (p, q) = ((bx - ax) * (cy - ay), (by - ay) * (cx - ax));
             let (area2, is_exact) = (p - q, p.abs() + q.abs() < 16_777_216.0);
             let is_inside = min(min(ax, bx), cx) >= -8_388_608.0;
@@ -323,8 +345,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         let area = PixelBorders::new(self.area);
         let mut minute = 0;
         for i in 0..BATCH {
-            let [ax, bx, cx] = [ax[i] as f32, bx[i] as f32, cx[i] as f32];
-            let [ay, by, cy] = [ay[i] as f32, by[i] as f32, cy[i] as f32];
+            let ([ax, bx, cx], [ay, by, cy]) = ([ax[i], bx[i], cx[i]], [ay[i], by[i], cy[i]]);
             let bounds = PixelBorders::of_triangle([ax, bx, cx], [ay, by, cy]);
             let is_seen = (max(bounds.left, area.left) < min(bounds.right, area.right))
                 & (max(bounds.top, area.top) < min(bounds.bottom, area.bottom));
@@ -346,8 +367,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
         let area = PixelBorders::new(self.area);
         for i in 0..BATCH {
-            let [ax, bx, cx] = [ax[i] as f32, bx[i] as f32, cx[i] as f32];
-            let [ay, by, cy] = [ay[i] as f32, by[i] as f32, cy[i] as f32];
+            let ([ax, bx, cx], [ay, by, cy]) = ([ax[i], bx[i], cx[i]], [ay[i], by[i], cy[i]]);
             let bounds = PixelBorders::of_triangle([ax, bx, cx], [ay, by, cy]);
             let is_inside = (bounds.left >= area.left)
                 & (bounds.right <= area.right)

@@ -3,7 +3,6 @@
 //! Orders and provoking vertices are Vulkan's ("Primitive Topologies"): each triangle lists its vertices so that
 //! neighbours in a strip or fan wind alike.
 
-
 use crate::fragment::reorder;
 
 /// How a sequence of vertices becomes triangles.
@@ -397,26 +396,30 @@ impl<I: Index> Triangles<'_, I> {
 }
 
 impl<I: Index> Triangles<'_, I> {
-    /// Takes up to so many triangles, and hands them on one by one, with how many came before. Gives how many there were.
+    /// Hands on a triangle for each of the slots, as long as there are any. Gives how many there were.
     #[inline(always)]
-    pub(crate) fn for_next(&mut self, most: usize, mut take: impl FnMut(usize, Triangle)) -> usize {
+    pub(crate) fn for_next<S>(
+        &mut self,
+        slots: impl ExactSizeIterator<Item = S>,
+        mut take: impl FnMut(S, Triangle),
+    ) -> usize {
         let is_list = self.primitives.topology == Topology::List && !self.primitives.restart;
         if let (true, Some(indices)) = (is_list, self.primitives.indices) {
-            let count = most.min((self.len - self.next) / 3);
+            let count = slots.len().min((self.len - self.next) / 3);
             let indices = indices.get(self.next..self.next + 3 * count).unwrap_or_default();
             self.next += 3 * count;
-            for (at, indices) in indices.chunks_exact(3).enumerate() {
+            for (slot, indices) in slots.zip(indices.chunks_exact(3)) {
                 if let &[a, b, c] = indices {
                     let vertices = [a.to_usize(), b.to_usize(), c.to_usize()];
-                    take(at, Triangle { vertices, last_provoking: 2 });
+                    take(slot, Triangle { vertices, last_provoking: 2 });
                 }
             }
             return count;
         }
         let mut count = 0;
-        while count < most {
+        for slot in slots {
             let Some(triangle) = self.next() else { break };
-            take(count, triangle);
+            take(slot, triangle);
             count += 1;
         }
         count

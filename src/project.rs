@@ -109,6 +109,12 @@ impl ProjectedVertex {
         self.y
     }
 
+    /// Both.
+    #[inline(always)]
+    pub(crate) fn xy(self) -> [i32; 2] {
+        [self.x, self.y]
+    }
+
     /// The planes that it lies outside of.
     #[inline(always)]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it was put there as a u8")]
