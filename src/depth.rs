@@ -315,6 +315,11 @@ pub struct DepthBias {
 }
 
 impl DepthBias {
+    /// None if it moves nothing: found out once a draw, and not for each triangle.
+    pub(crate) fn unless_zero(self) -> Option<Self> {
+        (self != Self::default()).then_some(self)
+    }
+
     /// The bias of a triangle with steepest slope `m` and format resolution `r`.
     pub(crate) fn of(self, m: f32, r: f32) -> f32 {
         let bias = self.constant * r + self.slope * m;

@@ -10,7 +10,6 @@
 
 use crate::setup::Setup;
 use crate::target::Borders;
-use crate::triple::each;
 
 /// The covered samples of a minute triangle, from the top left on.
 pub(crate) struct Minute<'a> {
@@ -52,7 +51,10 @@ impl Iterator for Minute<'_> {
         self.covered &= self.covered - 1;
         let (dx, dy) = (bit & 1, bit >> 1);
         let (x, y) = (self.x + dx, self.y + dy);
-        let edges = each(self.setup.edges(), |edge| edge.at(x, y) as i32 as f32);
+        let [p, q, _] = self.setup.edges();
+        let (e0, e1) = (p.at(x, y) as i32, q.at(x, y) as i32);
+        let e2 = (self.setup.area2() as i32).wrapping_sub(e0).wrapping_sub(e1);
+        let edges = [e0 as f32, e1 as f32, e2 as f32];
         Some(Covered { x, y, place: (dx + 16 * dy) as u8, edges })
     }
 }

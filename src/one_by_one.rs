@@ -30,7 +30,7 @@ pub(crate) struct OneByOne<'a, F, T, S> {
     /// The render area.
     pub(crate) area: Borders,
     pub(crate) test: T,
-    pub(crate) depth_bias: DepthBias,
+    pub(crate) depth_bias: Option<DepthBias>,
     pub(crate) depth_limits: (f32, f32),
     pub(crate) shade: S,
     /// How often the closure ran, and how often it discarded nothing.

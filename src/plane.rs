@@ -21,12 +21,16 @@ pub(crate) struct DepthPlane {
 
 impl DepthPlane {
     #[inline(always)]
-    pub(crate) fn new<D: DepthFormat>(setup: &Setup, bias: DepthBias, (low, high): (f32, f32)) -> Self {
+    pub(crate) fn new<D: DepthFormat>(
+        setup: &Setup,
+        bias: Option<DepthBias>,
+        (low, high): (f32, f32),
+    ) -> Self {
         let [p, q, r] = each(setup.corners(), |corner| corner.depth());
         let inv_area2 = 1.0 / to_f32(setup.area2());
         let more = [(p - r) * inv_area2, (q - r) * inv_area2];
         let mut z = r;
-        if bias != DepthBias::default() {
+        if let Some(bias) = bias {
             let (dx, dy) = (step(setup, more, 0).abs(), step(setup, more, 1).abs());
             let larger = |a: f32, b: f32| if a > b { a } else { b };
             z += bias.of(larger(dx, dy), D::resolution(larger(larger(p, q), r)));

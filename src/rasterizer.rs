@@ -403,7 +403,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             return self.draw_one_by_one(target, primitives, positions, (), keep);
         }
         let (target_area, render_area) = (target.area().intersection(DOMAIN), self.render_area(target));
-        let limits = self.viewport.depth_limits();
+        let (bias, limits) = (self.depth_bias.unless_zero(), self.viewport.depth_limits());
         let mut geometry = self.geometry(primitives, positions, &(), render_area)?;
         let mut fan = None;
         let coarse = Coarse::new(target, render_area, self.depth_test);
@@ -412,7 +412,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let mut passed = 0;
         while let Some(piece) = geometry.next(&mut fan) {
             let Piece { setup, covered, .. } = piece;
-            let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);
+            let plane = DepthPlane::new::<F::Depth>(&setup, bias, limits);
             passed += pass.draw((&setup, covered), &plane);
         }
         let mut statistics = geometry.statistics;
@@ -472,7 +472,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             target,
             area: area.borders(),
             test: self.depth_test,
-            depth_bias: self.depth_bias,
+            depth_bias: self.depth_bias.unless_zero(),
             depth_limits: self.viewport.depth_limits(),
             shade,
             fragments: 0,
@@ -510,7 +510,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             return statistics;
         }
         let (target_area, render_area) = (target.area().intersection(DOMAIN), self.render_area(target));
-        let limits = self.viewport.depth_limits();
+        let (bias, limits) = (self.depth_bias.unless_zero(), self.viewport.depth_limits());
         // A colour to fill the packet's arrays with until there are others: any.
         let mut any = || target.run(render_area.x, render_area.y, 1).color.first().copied();
         let Some(color) = (if render_area.is_empty() { None } else { any() }) else {
@@ -552,7 +552,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             let pedigree = history.as_ref().map(History::pedigree);
             let Piece { setup, identity, covered, .. } = piece;
             let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
-            let plane = DepthPlane::new::<F::Depth>(&setup, self.depth_bias, limits);
+            let plane = DepthPlane::new::<F::Depth>(&setup, bias, limits);
             shader.draw((&setup, covered), &shading, &plane, &mut packet, &mut statistics);
         }
         statistics

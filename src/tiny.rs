@@ -221,7 +221,7 @@ mod tests {
 
     extern crate std;
     use super::*;
-    use crate::depth::{DepthBias, Less};
+    use crate::depth::Less;
     use crate::plane::DepthPlane;
     use crate::project::ProjectedVertex;
     use crate::target::Rect;
@@ -261,7 +261,7 @@ mod tests {
         ];
         for setup in triangles(1).into_iter().chain(triangles(128)) {
             let edges = setup.edges();
-            let plane = DepthPlane::new::<f32>(&setup, DepthBias::default(), (0.0, 1.0)).in_lanes();
+            let plane = DepthPlane::new::<f32>(&setup, None, (0.0, 1.0)).in_lanes();
             let areas = [(-60, 60), (-60, 63), (1, 2)].map(|(x, width)| Rect { x, y: -11, width, height: 9 });
             for (frame, area) in frames.into_iter().flat_map(|frame| areas.map(|area| (frame, area))) {
                 let area = frame.intersection(area);
