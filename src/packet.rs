@@ -39,6 +39,11 @@ pub(crate) struct Packet<'a, C, D> {
     pub(crate) places: &'a mut [u8; PLACES],
 }
 
+/// Memory that begins where a cache line does.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(crate) struct Aligned<T>(pub(crate) T);
+
 /// Pixels in a window of a row.
 pub(crate) const WINDOW: usize = 8;
 

@@ -15,7 +15,7 @@ use crate::fragment::{Fragment, Shading};
 use crate::geometry::{Facing, Geometry};
 use crate::interpolate::Varyings;
 use crate::one_by_one::{OneByOne, Vertices};
-use crate::packet::{PACKET, PLACES, Packet};
+use crate::packet::{Aligned, PACKET, PLACES, Packet};
 use crate::plane::DepthPlane;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
@@ -518,21 +518,22 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             while source.next().is_some() {}
             return statistics;
         };
-        let (mut p, mut q, mut sum, mut l, mut m) =
-            ([0.0; PACKET], [0.0; PACKET], [0.0; PACKET], [0.0; PACKET], [0.0; PACKET]);
-        let (mut z, mut x, mut y) = ([0.0; PACKET], [0; PACKET], [0; PACKET]);
-        let (mut colors, mut depths) = ([color; PACKET], [F::Depth::from_depth(0.0); PACKET]);
+        let numbers = || Aligned([0.0; PACKET]);
+        let (mut p, mut q, mut sum, mut l, mut m) = (numbers(), numbers(), numbers(), numbers(), numbers());
+        let (mut z, mut x, mut y) = (numbers(), Aligned([0; PACKET]), Aligned([0; PACKET]));
+        let (mut colors, mut depths) =
+            (Aligned([color; PACKET]), Aligned([F::Depth::from_depth(0.0); PACKET]));
         let mut packet = Packet {
-            p: &mut p,
-            q: &mut q,
-            sum: &mut sum,
-            l: &mut l,
-            m: &mut m,
-            z: &mut z,
-            x: &mut x,
-            y: &mut y,
-            colors: &mut colors,
-            depths: &mut depths,
+            p: &mut p.0,
+            q: &mut q.0,
+            sum: &mut sum.0,
+            l: &mut l.0,
+            m: &mut m.0,
+            z: &mut z.0,
+            x: &mut x.0,
+            y: &mut y.0,
+            colors: &mut colors.0,
+            depths: &mut depths.0,
             discarded: &mut [0; PACKET],
             places: &mut [0; PLACES],
         };
