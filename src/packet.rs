@@ -178,10 +178,10 @@ impl<C, D> Packet<'_, C, D> {
         let m = self.m.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
         let z = self.z.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
         let weights = p.zip(q).zip(sum).zip(l).zip(m);
-        let mut passing = [0; WINDOW];
-        let (mut column, mut index) = ([0.0; WINDOW], [0i32; WINDOW]);
+        let mut passing = [0u32; WINDOW];
+        let (mut column, end) = ([0.0; WINDOW], dx + len as f32);
         for i in 0..WINDOW {
-            (column[i], index[i]) = (dx + RAMP[i], i as i32);
+            column[i] = dx + RAMP[i];
         }
         let colors =
             self.colors.get_mut(place.clone())?.chunks_exact_mut(WINDOW).zip(old_colors.chunks_exact(WINDOW));
@@ -213,11 +213,10 @@ impl<C, D> Packet<'_, C, D> {
             }
             *z = new;
             for i in 0..WINDOW {
-                passing[i] += u32::from(passes(test, new[i], old[i]) & (index[i] < len));
+                passing[i] += u32::from(passes(test, new[i], old[i]) & (column[i] < end));
             }
             for i in 0..WINDOW {
                 column[i] += WINDOW as f32;
-                index[i] += WINDOW as i32;
             }
         }
         let (xs, ys) = (self.x.get_mut(place.clone())?, self.y.get_mut(place)?);
