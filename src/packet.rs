@@ -178,8 +178,7 @@ impl<C, D> Packet<'_, C, D> {
         let m = self.m.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
         let z = self.z.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
         let weights = p.zip(q).zip(sum).zip(l).zip(m);
-        let mut passing = [0u32; WINDOW];
-        let (mut column, end) = ([0.0; WINDOW], dx + len as f32);
+        let (mut passing, mut column) = ([0u32; WINDOW], [0.0; WINDOW]);
         for i in 0..WINDOW {
             column[i] = dx + RAMP[i];
         }
@@ -213,7 +212,7 @@ impl<C, D> Packet<'_, C, D> {
             }
             *z = new;
             for i in 0..WINDOW {
-                passing[i] += u32::from(passes(test, new[i], old[i]) & (column[i] < end));
+                passing[i] += u32::from(passes(test, new[i], old[i]));
             }
             for i in 0..WINDOW {
                 column[i] += WINDOW as f32;
@@ -223,7 +222,12 @@ impl<C, D> Packet<'_, C, D> {
         for (i, (to_x, to_y)) in xs.iter_mut().zip(ys).enumerate() {
             (*to_x, *to_y) = (x.wrapping_add(i as i32), y);
         }
-        Some(passing.iter().sum())
+        // Most often all pass, those beyond the row's end too. Only if some do not, they have to be told apart.
+        if passing == [(old.len() / WINDOW) as u32; WINDOW] {
+            return Some(len.unsigned_abs());
+        }
+        let row = self.z.get(at..)?.iter().zip(old).take(len.unsigned_abs() as usize);
+        Some(row.map(|(&z, &old)| u32::from(passes(test, z, old))).sum())
     }
 
     /// Sets as many fragments as there are `old` depths, from a pixel to the right; weights change by `step` from one to the
