@@ -54,6 +54,9 @@ const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 1 };
 /// nothing: the picture is the same.
 const MANY: u32 = 4;
 
+/// No coordinate of a vertex that need not be clipped is less, in subpixels.
+const OUTERMOST: f32 = -8_388_608.0;
+
 #[inline(always)]
 fn min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
@@ -308,19 +311,40 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// Hides triangles that are culled. Gives how many are left.
     ///
     /// All in `f32`, where differences of coordinates are exact: they have 24 bits. Products of them may be rounded, but
-    /// rounding is monotonic: the difference of two has the sign of the area, or is zero. Which zeros are lines and which
-    /// are needles is left to integers, unless both products are exact.
+    /// rounding is monotonic: the difference of two has the sign of the area, or is zero.
     #[inline(always)]
     fn sift_by_facing(&mut self, count: usize) -> u32 {
         let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
         // Times this, areas of triangles that are culled are positive.
         let culls = f32::from(i8::from(self.facing.culls(1)) - i8::from(self.facing.culls(-1)));
+        let (mut culled, mut unclear) = (0, 0);
+        for i in 0..BATCH {
+            let ([ax, bx, cx], [ay, by, cy]) = ([ax[i], bx[i], cx[i]], [ay[i], by[i], cy[i]]);
+            let area2 = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+            let is_culled = area2 * culls > 0.0;
+            unclear |= u32::from((area2 == 0.0) | (min(min(ax, bx), cx) < OUTERMOST));
+            culled += u32::from(is_culled);
+            verdicts[i] = if area2 < 0.0 { verdict::COUNTER_CLOCKWISE } else { 0 }
+                | if is_culled { verdict::HIDDEN } else { 0 };
+        }
+        if unclear != 0 {
+            return self.sift_unclear(count, culls);
+        }
+        self.statistics.culled += u64::from(culled);
+        count as u32 - culled
+    }
+
+    /// The same of a batch in which an area is zero, or a vertex outside of the clip volume, or that is not full. Which zeros
+    /// are lines and which are needles is left to integers, unless both products are exact.
+    #[inline(never)]
+    fn sift_unclear(&mut self, count: usize, culls: f32) -> u32 {
+        let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
         let (mut culled, mut degenerate) = (0, 0);
         for i in 0..BATCH {
             let ([ax, bx, cx], [ay, by, cy]) = ([ax[i], bx[i], cx[i]], [ay[i], by[i], cy[i]]);
             let (p, q) = ((bx - ax) * (cy - ay), (by - ay) * (cx - ax));
             let (area2, is_exact) = (p - q, p.abs() + q.abs() < 16_777_216.0);
-            let is_inside = min(min(ax, bx), cx) >= -8_388_608.0;
+            let is_inside = min(min(ax, bx), cx) >= OUTERMOST;
             let is_degenerate = (area2 == 0.0) & is_exact & is_inside;
             let is_culled = (area2 * culls > 0.0) & is_inside;
             let is_undecided = !is_inside | ((area2 == 0.0) & !is_exact);
