@@ -406,7 +406,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             let edge = |px: f32, py: f32, qx: f32, qy: f32| {
                 let (a, b) = ((py - qy) * clockwise, (qx - px) * clockwise);
                 // A top or left edge has a > 0, or a = 0 and b > 0.
-                let bias = if a * 4096.0 + b > 0.0 { 0.5 } else { -0.5 };
+                let bias = 0.5f32.copysign(a * 4096.0 + b);
                 (a * (x - px) + b * (y - py) + bias, a * 256.0, b * 256.0)
             };
             let (e0, e1, e2) = (edge(bx, by, cx, cy), edge(cx, cy, ax, ay), edge(ax, ay, bx, by));
