@@ -58,3 +58,32 @@ impl Iterator for Minute<'_> {
         Some(Covered { x, y, place: (dx + 16 * dy) as u8, edges })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::project::ProjectedVertex;
+
+    #[test]
+    fn samples_have_the_values_of_all_three_edge_functions() {
+        let mut random = 1u32;
+        let mut at = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            ((random >> 8) % 512).cast_signed() - 5000
+        };
+        let mut seen = 0;
+        while seen < 1000 {
+            let [a, b, c] = [(); 3].map(|()| ProjectedVertex::new(at(), at(), 0.5, 1.0).expect("in range"));
+            let Some(setup) = Setup::new([a, b, c]) else { continue };
+            for bit in 0..4u8 {
+                let sample = Minute::new(&setup, 1 << bit).next().expect("one is covered");
+                let Borders { left, top, .. } = setup.borders();
+                let (dx, dy) = (i32::from(bit & 1), i32::from(bit >> 1));
+                assert_eq!((sample.x, sample.y), (left + dx, top + dy), "{setup:?}");
+                let expected = setup.edges().map(|edge| edge.at(sample.x, sample.y) as f32);
+                assert_eq!(sample.edges, expected, "{setup:?} at {} {}", sample.x, sample.y);
+            }
+            seen += 1;
+        }
+    }
+}

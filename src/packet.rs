@@ -214,9 +214,7 @@ impl<C, D> Packet<'_, C, D> {
             for i in 0..WINDOW {
                 passing[i] += u32::from(passes(test, new[i], old[i]));
             }
-            for i in 0..WINDOW {
-                column[i] += WINDOW as f32;
-            }
+            column = column.map(|column| column + WINDOW as f32);
         }
         let (xs, ys) = (self.x.get_mut(place.clone())?, self.y.get_mut(place)?);
         for (i, (to_x, to_y)) in xs.iter_mut().zip(ys).enumerate() {
