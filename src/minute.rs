@@ -51,6 +51,7 @@ impl Iterator for Minute<'_> {
         self.covered &= self.covered - 1;
         let (dx, dy) = (bit & 1, bit >> 1);
         let (x, y) = (self.x + dx, self.y + dy);
+        // All three sum up to twice the area.
         let [p, q, _] = self.setup.edges();
         let (e0, e1) = (p.at(x, y) as i32, q.at(x, y) as i32);
         let e2 = (self.setup.area2() as i32).wrapping_sub(e0).wrapping_sub(e1);
