@@ -315,7 +315,7 @@ pub struct DepthBias {
 }
 
 impl DepthBias {
-    /// None if it moves nothing: found out once a draw, and not for each triangle.
+    /// None if all three are zero: asked once a draw, and not for each triangle.
     pub(crate) fn unless_zero(self) -> Option<Self> {
         (self != Self::default()).then_some(self)
     }

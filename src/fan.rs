@@ -16,7 +16,8 @@ use crate::triple::each;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
     pub(crate) setup: Setup,
-    /// The caller's vertices: of a whole triangle in canonical order, of a clipped one as the caller named them.
+    /// The caller's vertices: of a whole triangle in canonical order, of a clipped one as the caller named them;
+    /// of a record, nothing.
     pub(crate) vertices: [usize; 3],
     pub(crate) identity: Identity,
     /// Which piece of a [`Fan`] it is: corners 0, this and the next one. Zero for a whole triangle.

@@ -111,9 +111,10 @@ impl PixelBorders {
 #[derive(Debug)]
 struct Batch {
     triangles: [Triangle; BATCH],
-    /// x and y of their first vertices, second and third ones, in subpixels, as they were fetched: two at once.
+    /// x and y of the first vertices, the second and the third ones, in subpixels, side by side as they are fetched. Those of
+    /// a vertex outside are no place, and far to the left: see [`ProjectedVertex::xy`].
     corners: [[[i32; 2]; BATCH]; 3],
-    /// The same as the sieve needs them.
+    /// The same numbers as the sieve needs them.
     x: [[f32; BATCH]; 3],
     y: [[f32; BATCH]; 3],
     verdicts: [u32; BATCH],
@@ -142,7 +143,7 @@ impl Batch {
         primitive: 0,
     };
 
-    /// Takes the corners apart.
+    /// Fills `x` and `y` from `corners`.
     #[inline(always)]
     fn split_corners(&mut self) {
         let Self { corners, x, y, .. } = self;
@@ -255,11 +256,13 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             triangles.for_next(slots, |(slot, ((a, b), c)), triangle| {
                 *slot = triangle;
                 let [i, j, k] = triangle.vertices;
-                // An index is in range. If it were not, these ways out, each unlike the others, are branches that are never
-                // taken, and not a choice to be made for each vertex.
-                let Some(i) = projected.get(i) else { return *a = [0; 2] };
-                let Some(j) = projected.get(j) else { return *b = [0; 2] };
-                let Some(k) = projected.get(k) else { return *c = [0; 2] };
+                // Indices were checked before. Of one that is out of range all the same, as it was looked up again, the
+                // triangle is one point. Three points: so the exits differ, and LLVM leaves them as branches that are never
+                // taken, instead of choosing between each vertex and none.
+                let mut point = |at| [*a, *b, *c] = [[at; 2]; 3];
+                let Some(i) = projected.get(i) else { return point(0) };
+                let Some(j) = projected.get(j) else { return point(1) };
+                let Some(k) = projected.get(k) else { return point(2) };
                 (*a, *b, *c) = (i.xy(), j.xy(), k.xy());
             })
         } else {
@@ -450,8 +453,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             let number = self.batch.primitive.wrapping_add(lane as u32);
             let (setup, vertices) = if verdict & verdict::UNDECIDED == 0 {
                 let place = verdict & verdict::ORDER;
-                // Straight from the batch: in which order they come, no predictor can tell.
-                let vertices = self.batch.triangles[lane].in_order(*ORDERS.get(place as usize)?);
+                let vertices = triangle.in_order(*ORDERS.get(place as usize)?);
                 (Setup::of_corners(self.vertices.corners(vertices), place as u8), vertices)
             } else {
                 if !self.look_closer(triangle, number, fan) {
@@ -617,6 +619,9 @@ mod tests {
             let mut geometry = Geometry::new(triangles, projected, projector, facing, area);
             let (mut pieces, mut fan) = (Vec::new(), None);
             while let Some(piece) = geometry.next(&mut fan) {
+                let first = 3 * piece.identity.primitive as usize;
+                let named = piece.setup.order().map(|i| first + usize::from(i));
+                assert_eq!(piece.vertices, named, "in the order of the corners: {:?}", piece.setup);
                 pieces.push((piece.identity.primitive, (piece.setup, piece.covered)));
             }
             let mut minute = 0;

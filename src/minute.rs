@@ -5,7 +5,7 @@
 
 #![expect(
     clippy::cast_possible_truncation,
-    reason = "within three pixels edge functions are under 2²¹, and places under 2⁵"
+    reason = "within three pixels edge functions and areas are under 2²¹, and places under 2⁵"
 )]
 
 use crate::setup::Setup;
@@ -51,7 +51,7 @@ impl Iterator for Minute<'_> {
         self.covered &= self.covered - 1;
         let (dx, dy) = (bit & 1, bit >> 1);
         let (x, y) = (self.x + dx, self.y + dy);
-        // All three sum up to twice the area.
+        // All three sum up to twice the area. (Wrapping: positions that are asked for again may make another triangle.)
         let [p, q, _] = self.setup.edges();
         let (e0, e1) = (p.at(x, y) as i32, q.at(x, y) as i32);
         let e2 = (self.setup.area2() as i32).wrapping_sub(e0).wrapping_sub(e1);

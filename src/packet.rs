@@ -39,7 +39,7 @@ pub(crate) struct Packet<'a, C, D> {
     pub(crate) places: &'a mut [u8; PLACES],
 }
 
-/// Memory that begins where a cache line does.
+/// Memory that begins where a cache line does: no SIMD register of it reaches over two.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct Aligned<T>(pub(crate) T);
@@ -220,7 +220,7 @@ impl<C, D> Packet<'_, C, D> {
         for (i, (to_x, to_y)) in xs.iter_mut().zip(ys).enumerate() {
             (*to_x, *to_y) = (x.wrapping_add(i as i32), y);
         }
-        // Most often all pass, those beyond the row's end too. Only if some do not, they have to be told apart.
+        // Most often all pass, those beyond the row's end too. If not, those of the row are counted: all may pass even so.
         if passing == [(old.len() / WINDOW) as u32; WINDOW] {
             return Some(len.unsigned_abs());
         }

@@ -396,7 +396,7 @@ impl<I: Index> Triangles<'_, I> {
 }
 
 impl<I: Index> Triangles<'_, I> {
-    /// Hands on a triangle for each of the slots, as long as there are any. Gives how many there were.
+    /// Hands on a triangle for each slot, until there are no more of either. Gives how many triangles were handed on.
     #[inline(always)]
     pub(crate) fn for_next<S>(
         &mut self,

@@ -109,7 +109,7 @@ impl ProjectedVertex {
         self.y
     }
 
-    /// Both.
+    /// x and y; [`OUTSIDE`] and the outcode of a vertex that has to be clipped away.
     #[inline(always)]
     pub(crate) fn xy(self) -> [i32; 2] {
         [self.x, self.y]

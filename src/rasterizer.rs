@@ -674,6 +674,42 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
+    fn many_triangles_are_drawn_as_each_alone() {
+        // More than are looked at together. Of a few, and in the second round of many, a vertex lies behind the eye.
+        let mut random = 3u32;
+        let mut next = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 8) as f32 / 16_777_216.0
+        };
+        for every in [150, 9] {
+            let positions: Vec<Vec4> = (0..600)
+                .map(|i| {
+                    let w = if i % every == 0 { -0.5 } else { 0.1 } + next();
+                    Vec4::new(next() * 2.0 - 1.0, next() * 2.0 - 1.0, w * next(), w)
+                })
+                .collect();
+            let rasterizer = Rasterizer::<()>::new(Viewport::of_size(61, 47).expect("valid"));
+            let mut room = [ProjectedVertex::default(); 600];
+            let projected = rasterizer.project(&positions[..], &mut room).expect("enough");
+            let (mut apart, mut expected) = ([0u32; 61 * 47], Statistics::default());
+            let mut depths = [1.0f32; 61 * 47];
+            for (number, triangle) in (0u32..).zip(positions.chunks_exact(3)) {
+                let mut target = Surface::new(&mut apart, &mut depths, 61, 47).expect("it fits");
+                let drawn = rasterizer.draw(&mut target, Primitives::list(), triangle, (), |_| number);
+                expected += drawn.expect("as many varyings as needed");
+            }
+            let some = 1..150;
+            assert!(some.contains(&expected.clipped) && expected.samples_passed > 1000, "{expected:?}");
+            let (mut together, mut other_depths) = ([0u32; 61 * 47], [1.0f32; 61 * 47]);
+            let mut target = Surface::new(&mut together, &mut other_depths, 61, 47).expect("it fits");
+            let number = |fragment: Fragment<'_, ()>| fragment.primitive_index();
+            let found = rasterizer.draw(&mut target, Primitives::list(), projected, (), number);
+            assert_eq!(found, Ok(expected), "statistics");
+            assert!(together == apart && other_depths == depths, "the picture");
+        }
+    }
+
+    #[test]
     fn draw_depth_leaves_the_depths_of_draw() {
         // Minute, small and large, over the right border, beyond the viewport, with a scissor inside.
         let mut random = 1u32;

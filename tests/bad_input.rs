@@ -8,8 +8,9 @@ use common::{Frame, Mixed, Nowhere, Random, Record, config, effort, mixed, recor
 use glam::Vec4;
 use halfplane::{
     Absent, Attribute, Attributes, Block, ClipDepth, Computed, CullMode, Depth24, DepthBias, DepthClip,
-    DrawError, Fragment, Framebuffer, FrontFace, Less, Primitives, ProjectedVertex, ProvokingVertex,
-    Rasterizer, Rect, Run, Setup, Span, Statistics, Surface, SurfaceError, Topology, Viewport, ViewportError,
+    DrawError, Fragment, Framebuffer, FrontFace, IndexBuffer, Less, Primitives, ProjectedVertex,
+    ProvokingVertex, Rasterizer, Rect, Run, Setup, Span, Statistics, Surface, SurfaceError, Topology,
+    Viewport, ViewportError,
 };
 use proptest::prelude::*;
 
@@ -961,6 +962,43 @@ fn positions_that_change_are_not_drawn_outside_of_the_framebuffer() {
         asked.set(0);
         let drawn = rasterizer.draw_depth(&mut Strict::new(lends_blocks), Primitives::list(), leaving);
         assert!(drawn.is_ok(), "{scale}");
+    }
+}
+
+#[test]
+fn indices_that_change_are_not_drawn_outside_of_the_framebuffer() {
+    /// Looked through, all its indices are in range.
+    struct Changing {
+        checked: Vec<u32>,
+        then: Vec<u32>,
+        asked: Cell<bool>,
+    }
+    impl AsRef<[u32]> for Changing {
+        fn as_ref(&self) -> &[u32] {
+            if self.asked.replace(true) { &self.then } else { &self.checked }
+        }
+    }
+    let frame = Frame::new(64, 64);
+    let rasterizer = Rasterizer::<()>::new(frame.viewport());
+    let minute = [[0.1, 1.7], [1.9, 0.2], [0.1, 0.2]];
+    for far in [Vec4::new(0.1, 0.2, 0.5, -1.0), frame.at([-990.0, 900.0])] {
+        let positions = [frame.at(minute[0]), frame.at(minute[1]), frame.at(minute[2]), far];
+        let mut room = [ProjectedVertex::BLANK; 4];
+        let projected = rasterizer.project(&positions, &mut room).expect("enough");
+        for wrong in [[1_000_000, 3, 1], [3, 1_000_000, 0], [3, 3, 1_000_000], [3, 0, 1_000_000]] {
+            // As many of each as are looked at together: where the wrong ones stand, there were others before.
+            let then = [[0, 1, 2].repeat(64), wrong.repeat(64)].concat();
+            let changing = Changing { checked: vec![0; then.len()], then, asked: Cell::new(false) };
+            let indices = IndexBuffer::new(changing);
+            let primitives = Primitives::list().indexed_by(&indices);
+            for lends_blocks in [false, true] {
+                let mut target = Strict::new(lends_blocks);
+                let drawn = rasterizer.draw(&mut target, primitives, projected, (), |_| 1);
+                assert!(drawn.is_ok_and(|statistics| statistics.samples_passed > 0), "{wrong:?}");
+                let drawn = rasterizer.draw_depth(&mut Strict::new(lends_blocks), primitives, projected);
+                assert!(drawn.is_ok_and(|statistics| statistics.samples_passed > 0), "{wrong:?}");
+            }
+        }
     }
 }
 
