@@ -673,14 +673,18 @@ mod tests {
     use crate::target::Surface;
     use std::vec::Vec;
 
+    /// Random numbers from 0 to 1.
+    fn random(mut state: u32) -> impl FnMut() -> f32 {
+        move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / 16_777_216.0
+        }
+    }
+
     #[test]
     fn many_triangles_are_drawn_as_each_alone() {
         // More than are looked at together. Of a few, and in the second round of many, a vertex lies behind the eye.
-        let mut random = 3u32;
-        let mut next = || {
-            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (random >> 8) as f32 / 16_777_216.0
-        };
+        let mut next = random(3);
         for every in [150, 9] {
             let positions: Vec<Vec4> = (0..600)
                 .map(|i| {
@@ -712,11 +716,7 @@ mod tests {
     #[test]
     fn draw_depth_leaves_the_depths_of_draw() {
         // Minute, small and large, over the right border, beyond the viewport, with a scissor inside.
-        let mut random = 1u32;
-        let mut next = || {
-            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (random >> 8) as f32 / 16_777_216.0
-        };
+        let mut next = random(1);
         let positions: Vec<Vec4> = (0..600)
             .flat_map(|i| {
                 let size = [2.0, 0.2, 0.03, 0.04][i / 64 % 4];
