@@ -187,6 +187,8 @@ impl<C, D> Packet<'_, C, D> {
         let depths = z.zip(old.chunks_exact(WINDOW));
         for (((((p, q), sum), l), m), ((z, old), (color, old_color))) in weights.zip(depths.zip(colors)) {
             if BLENDED {
+                // No instruction, and not needed to be right: LLVM would make a call of the whole row's copy.
+                compiler_fence(Ordering::AcqRel);
                 color.copy_from_slice(old_color);
             }
             // One step at a time for all lanes: each loop becomes one operation or two.
@@ -221,7 +223,9 @@ impl<C, D> Packet<'_, C, D> {
             (*to_x, *to_y) = (x.wrapping_add(i as i32), y);
         }
         // Most often all pass, those beyond the row's end too. If not, those of the row are counted: all may pass even so.
-        if passing == [(old.len() / WINDOW) as u32; WINDOW] {
+        // (Compared lane by lane: arrays are compared in memory.)
+        let windows = (old.len() / WINDOW) as u32;
+        if passing.iter().fold(0, |others, &passing| others | (passing ^ windows)) == 0 {
             return Some(len.unsigned_abs());
         }
         let row = self.z.get(at..)?.iter().zip(old).take(len.unsigned_abs() as usize);

@@ -46,9 +46,6 @@ pub(crate) struct Shader<'a, F, T, S, const BLENDS: bool> {
     pub(crate) coarse: Coarse,
 }
 
-/// How many pixels of four bytes a cache line holds.
-const CACHE_LINE: usize = 16;
-
 /// What is left of a triangle to be shaded: all of a tiny or minute one, which is in the packet already, with the pixel that
 /// places are counted from and the number of fragments; or row after row.
 #[expect(clippy::large_enum_variant, reason = "it never moves")]
@@ -71,15 +68,14 @@ struct Band {
     step: WeightParts,
     step_z: f32,
     rows: Rows,
-    /// Depth at the anchors.
+    /// What weights are made of, and depth, at the anchors.
+    parts: [[f32; LANES]; 5],
     z: [f32; LANES],
     /// The topmost row, and how many there are.
     y: i32,
     count: usize,
     /// Where the triangle ends.
     bottom: i32,
-    /// Whether no row can be longer than a window.
-    fits_window: bool,
 }
 
 impl Band {
@@ -91,17 +87,17 @@ impl Band {
             step: triangle.shading.step_x(),
             step_z: triangle.plane.step_x(setup),
             rows: Rows::EMPTY,
+            parts: [[0.0; LANES]; 5],
             z: [0.0; LANES],
             y: bounds.top.max(area.top),
             count: 0,
             bottom: bounds.bottom.min(area.bottom),
-            fits_window: bounds.right - bounds.left <= WINDOW as i32,
         }
     }
 
     /// Solves the next rows and cuts them to the area. False when there are no more.
     #[inline(always)]
-    fn solve(&mut self, solver: &Solver, plane: &DepthPlane, area: Borders) -> bool {
+    fn solve<V: Varyings>(&mut self, solver: &Solver, triangle: Triangle<'_, V>, area: Borders) -> bool {
         self.y += self.count as i32;
         if self.y >= self.bottom {
             return false;
@@ -112,7 +108,13 @@ impl Band {
         for row in 0..LANES {
             self.rows.start[row] = self.rows.start[row].max(left);
             self.rows.end[row] = self.rows.end[row].min(right);
-            self.z[row] = plane.at_edges(self.rows.edges[0][row], self.rows.edges[1][row]);
+            self.z[row] = triangle.plane.at_edges(self.rows.edges[0][row], self.rows.edges[1][row]);
+        }
+        let [a, b, c] = &self.rows.edges;
+        for row in 0..LANES {
+            let at = triangle.shading.parts([a[row], b[row], c[row]]);
+            let [p, q, sum, l, m] = &mut self.parts;
+            (p[row], q[row], sum[row], l[row], m[row]) = (at.p, at.q, at.sum, at.l, at.m);
         }
         true
     }
@@ -138,17 +140,23 @@ impl Band {
 
     /// What weights are made of at a row's anchor.
     #[inline(always)]
-    fn base<V: Varyings>(&self, shading: &Shading<'_, V>, row: usize) -> WeightParts {
-        let [a, b, c] = &self.rows.edges;
-        shading.parts([a[row], b[row], c[row]])
+    fn base(&self, row: usize) -> WeightParts {
+        let [p, q, sum, l, m] = &self.parts;
+        WeightParts { p: p[row], q: q[row], sum: sum[row], l: l[row], m: m[row] }
     }
 }
 
 impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BLENDS> {
-    /// Whether the closure holds anything, say a texture, and so may read memory. For all that the compiler knows, that is
-    /// the framebuffer's, which the loop would write to: it would not become SIMD. So such a closure shades into the
-    /// packet's pixels, which nobody else can see; others spare themselves the copy.
-    const MAY_READ: bool = size_of::<S>() > 0;
+    /// Whether the closure may hold a reference, to a texture say, and so may read memory. For all that the compiler knows, that
+    /// is the framebuffer's, which the loop would write to: it would not become SIMD. So such a closure shades into the
+    /// packet's pixels, which nobody else can see; others, which hold nothing or a few numbers, spare themselves the copy.
+    /// (What holds a reference is aligned like one.)
+    const MAY_READ: bool = size_of::<S>() > 0 && align_of::<S>() >= align_of::<&u8>();
+
+    /// Whether packets are filled up with lanes for which the closure is not called, so that none is left over after SIMD: up
+    /// to seven fragments, one by one, are most of a tiny triangle's time where SIMD has eight lanes. Where it has four, the
+    /// lanes cost large triangles more than that. What a closure reads may not be there where it is not called.
+    const IS_PADDED: bool = cfg!(target_feature = "avx") && !Self::MAY_READ;
 
     /// Draws a triangle, of which these samples are [`covered`](crate::fan::Piece::covered).
     #[inline(always)]
@@ -192,25 +200,25 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     if let Some(range) = self.next_fragments(triangle, band, at, packet) {
                         range
                     } else {
-                        if !band.solve(solver, plane, self.render_area) {
+                        if !band.solve(solver, triangle, self.render_area) {
                             return;
                         }
                         at.begin();
-                        if !band.fits_window {
-                            self.touch(band);
-                        }
                         continue;
                     }
                 }
             };
             let asked = end - begin;
-            let mut len = asked;
+            // How many fragments there are, and how many lanes.
+            let mut count = asked;
+            let mut len = if Self::IS_PADDED { padded(count) } else { count };
             // And where it goes: into the framebuffer, or into the packet's own pixels.
             let (colors, depths) = match &work {
                 Work::Rows(_, band, at) if at.gathered.is_empty() => {
                     let run = self.target.run(at.x + begin as i32, band.y + at.row as i32, asked);
                     // Fewer if the framebuffer lends fewer.
-                    len = len.min(run.color.len()).min(run.depth.len());
+                    count = count.min(run.color.len()).min(run.depth.len());
+                    len = count;
                     if Self::MAY_READ {
                         if BLENDS {
                             copy(packet.colors, run.color.get(..len).unwrap_or_default());
@@ -222,21 +230,21 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 }
                 _ => (&mut packet.colors[..], &mut packet.depths[..]),
             };
-            let end = begin + len;
             let (Some(colors), Some(depths), Some(discarded)) =
                 (colors.get_mut(..len), depths.get_mut(..len), packet.discarded.get_mut(..len))
             else {
                 return;
             };
+            let place = begin..begin + len;
             let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
-                packet.p.get(begin..end),
-                packet.q.get(begin..end),
-                packet.sum.get(begin..end),
-                packet.l.get(begin..end),
-                packet.m.get(begin..end),
-                packet.z.get(begin..end),
-                packet.x.get(begin..end),
-                packet.y.get(begin..end),
+                packet.p.get(place.clone()),
+                packet.q.get(place.clone()),
+                packet.sum.get(place.clone()),
+                packet.l.get(place.clone()),
+                packet.m.get(place.clone()),
+                packet.z.get(place.clone()),
+                packet.x.get(place.clone()),
+                packet.y.get(place),
             ) else {
                 return;
             };
@@ -245,42 +253,110 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             // again and again.
             let varyings = *shading.varyings();
             let shading = shading.with_varyings(&varyings);
-            // Shade. Both results are selected, not branched on, so that a discard vectorises too.
-            let mut kept = 0u32;
-            for i in 0..len {
-                let at = WeightParts { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
-                let fragment = Fragment { triangle: &shading, at, x: xs[i], y: ys[i], depth: z[i] };
-                let shaded = (self.shade)(fragment, colors[i]).into();
-                let is_kept = shaded.is_some();
-                colors[i] = shaded.unwrap_or(colors[i]);
-                depths[i] = if is_kept & self.test.writes() { F::Depth::from_depth(z[i]) } else { depths[i] };
-                discarded[i] |= u32::from(!is_kept);
-                kept += u32::from(is_kept);
-            }
-            statistics.fragments += len as u64;
-            statistics.samples_passed += u64::from(kept);
+            let (shade, test) = (&mut self.shade, self.test);
+            let lost = Self::shade_packet(
+                shade, test, &shading, count, colors, depths, discarded, p, q, sum, l, m, z, xs, ys,
+            );
+            statistics.fragments += count as u64;
+            statistics.samples_passed += count as u64 - u64::from(lost);
             if let Work::Rows(_, _, at) = &mut work {
                 at.is_shaded = true;
-                at.has_gaps |= (kept as usize) < asked;
+                at.has_gaps |= lost > 0 || count < asked;
             }
 
-            if (kept as usize) < len {
-                self.restore(&work, (begin, len, asked), packet);
+            if lost > 0 {
+                self.restore(&work, (begin, count, asked), packet);
             }
             match &mut work {
                 Work::Tiny(origin, len) => return self.write_tiny(*origin, *len, packet),
                 Work::Rows(_, band, at) if at.gathered.is_empty() => {
                     if Self::MAY_READ {
                         let run = self.target.run(at.x + begin as i32, band.y + at.row as i32, asked);
-                        copy(run.color, packet.colors.get(..len).unwrap_or_default());
+                        copy(run.color, packet.colors.get(..count).unwrap_or_default());
                         if self.test.writes() {
-                            copy(run.depth, packet.depths.get(..len).unwrap_or_default());
+                            copy(run.depth, packet.depths.get(..count).unwrap_or_default());
                         }
                     }
                 }
                 Work::Rows(_, band, at) => self.write_rows(band, at, packet),
             }
         }
+    }
+
+    /// Shades the first `count` of some fragments, all of which pass the depth test. Gives how many of them were discarded.
+    ///
+    /// A function of its own because of its arguments: that no mutable reference overlaps with another one is told to LLVM
+    /// where a function is called, and not where they are made. Without it, each loop begins with up to a hundred comparisons
+    /// of addresses.
+    #[inline(always)]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "arrays that do not overlap are told apart as arguments only"
+    )]
+    fn shade_packet<V, R>(
+        shade: &mut S,
+        test: T,
+        shading: &Shading<'_, V>,
+        count: usize,
+        colors: &mut [F::Color],
+        depths: &mut [F::Depth],
+        discarded: &mut [u32],
+        p: &[f32],
+        q: &[f32],
+        sum: &[f32],
+        l: &[f32],
+        m: &[f32],
+        z: &[f32],
+        xs: &[i32],
+        ys: &[i32],
+    ) -> u32
+    where
+        V: Varyings,
+        S: FnMut(Fragment<'_, V>, F::Color) -> R,
+        R: Into<Option<F::Color>>,
+    {
+        let len = colors.len().min(PACKET);
+        let (Some(depths), Some(discarded)) = (depths.get_mut(..len), discarded.get_mut(..len)) else {
+            return 0;
+        };
+        let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
+            p.get(..len),
+            q.get(..len),
+            sum.get(..len),
+            l.get(..len),
+            m.get(..len),
+            z.get(..len),
+            xs.get(..len),
+            ys.get(..len),
+        ) else {
+            return 0;
+        };
+        let Some(&filler) = colors.first() else { return 0 };
+        let (count, mut lost) = (count as f32, 0u32);
+        // Results are selected, not branched on, so that a discard vectorises too.
+        for i in 0..len {
+            let at = WeightParts { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
+            let fragment = Fragment { triangle: shading, at, x: xs[i], y: ys[i], depth: z[i] };
+            let (old_color, old_depth) = (colors[i], depths[i]);
+            let depth = F::Depth::from_depth(z[i]);
+            if Self::IS_PADDED && test.writes() {
+                // Before the closure: past a store, LLVM does not move the loads above to where the closure is called, which
+                // would make masked loads of them.
+                depths[i] = depth;
+            }
+            let is_fragment = !Self::IS_PADDED || RAMP[i] < count;
+            let shaded = if is_fragment { shade(fragment, old_color).into() } else { Some(filler) };
+            let is_kept = shaded.is_some();
+            colors[i] = shaded.unwrap_or(old_color);
+            if !Self::IS_PADDED {
+                depths[i] = if is_kept & test.writes() { depth } else { old_depth };
+            } else if !is_kept & test.writes() {
+                depths[i] = old_depth;
+            }
+            discarded[i] |= u32::from(!is_kept);
+            lost += u32::from(!is_kept);
+        }
+        lost
     }
 
     /// Gives discarded fragments of the packet the pixels that are there: they are about to be written with the others.
@@ -499,32 +575,6 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         );
     }
 
-    /// Reads a pixel of each cache line of a band's narrow rows, all at once: where the framebuffer is larger than the
-    /// cache, what is not there comes while the rest is asked for, and not a row after the other.
-    #[inline(always)]
-    fn touch(&mut self, band: &Band) {
-        for row in 0..band.count {
-            let len = band.len(row);
-            if len == 0 || len > NARROW {
-                continue;
-            }
-            let run = self.target.run(band.rows.start[row], band.y + row as i32, len);
-            let mut i = 0;
-            if self.expects_all {
-                while let (Some(&color), Some(&depth)) = (run.color.get(i), run.depth.get(i)) {
-                    black_box((color, depth));
-                    i += CACHE_LINE;
-                }
-            } else {
-                // What fails the depth test needs no colour.
-                while let Some(&depth) = run.depth.get(i) {
-                    black_box(depth);
-                    i += CACHE_LINE;
-                }
-            }
-        }
-    }
-
     /// Finds the next fragments to shade and fills the packet with them. Gives where in the packet they stand.
     #[inline(always)]
     fn next_fragments<V: Varyings>(
@@ -600,7 +650,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     continue;
                 }
             }
-            let start = Start { x, y, dx, base: band.base(triangle.shading, row), z };
+            let start = Start { x, y, dx, base: band.base(row), z };
             let passing = if needs_clamp {
                 packet.set::<true>(start, band.step, plane, self.test, old)
             } else {
@@ -663,7 +713,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let (len, dx) = (band.rows.end[row] - x, (x - band.rows.anchor[row]) as f32);
         let run = self.target.run(x, y, room);
         let old = (run.color.get(..room)?, run.depth.get(..room)?);
-        let start = Start { x, y, dx, base: band.base(triangle.shading, row), z: band.z[row] };
+        let start = Start { x, y, dx, base: band.base(row), z: band.z[row] };
         let plane = band.plane(triangle.plane);
         let passing = packet.set_windows::<BLENDS>(filled, len, start, band.step, plane, self.test, old)?;
         self.expects_all = passing == len.unsigned_abs();
@@ -730,6 +780,12 @@ fn test_by_runs<F: Framebuffer, const N: usize>(
     found
 }
 
+/// How many lanes to shade for so many fragments, if packets are padded. A fragment alone is not worth it.
+#[inline(always)]
+fn padded(count: usize) -> usize {
+    if count == 1 { 1 } else { count.next_multiple_of(WINDOW) }
+}
+
 /// How many of some neighbouring fragments pass the depth test. Their depths are clamped only if they have to be.
 #[inline(always)]
 fn count_passing<D: DepthFormat, const CLAMPS: bool>(
@@ -786,26 +842,21 @@ fn write_windows<C: Copy, D: Copy, const N: usize>(
     (to_depths, depths): (&mut [D], &[D]),
     writes_depth: bool,
 ) {
-    let (mut at, last) = (0, colors.len().wrapping_sub(N));
-    loop {
-        write_window::<_, N>(to_colors, colors, at);
-        if writes_depth {
-            write_window::<_, N>(to_depths, depths, at);
-        }
-        if at >= last {
-            return;
-        }
-        at = (at + N).min(last);
-    }
-}
-
-#[inline(always)]
-fn write_window<T: Copy, const N: usize>(to: &mut [T], from: &[T], at: usize) {
-    if let (Some(to), Some(from)) = (
-        to.get_mut(at..at + N).and_then(<[T]>::first_chunk_mut::<N>),
-        from.get(at..at + N).and_then(<[T]>::first_chunk::<N>),
-    ) {
+    let last = to_colors.last_chunk_mut::<N>().zip(colors.last_chunk::<N>());
+    if let Some((to, from)) = last {
         *to = *from;
+    }
+    let last = to_depths.last_chunk_mut::<N>().zip(depths.last_chunk::<N>());
+    if let (Some((to, from)), true) = (last, writes_depth) {
+        *to = *from;
+    }
+    let colors = to_colors.chunks_exact_mut(N).zip(colors.chunks_exact(N));
+    let depths = to_depths.chunks_exact_mut(N).zip(depths.chunks_exact(N));
+    for ((to_colors, colors), (to_depths, depths)) in colors.zip(depths) {
+        to_colors.copy_from_slice(colors);
+        if writes_depth {
+            to_depths.copy_from_slice(depths);
+        }
     }
 }
 
