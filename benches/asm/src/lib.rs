@@ -91,6 +91,15 @@ pub fn avx2_discard(scene: &mut Scene<'_, Vec2>) -> bool {
     })
 }
 
+/// Numbers that a closure holds by `move` are no references.
+#[inline(never)]
+pub fn packed_uniform(scene: &mut Scene<'_, Vec2>, tint: Vec3) -> bool {
+    draw(scene, move |fragment, _| {
+        let uv = fragment.varyings();
+        pack_rgba8((tint * length(uv)).extend(uv.x))
+    })
+}
+
 #[inline(never)]
 pub fn packed_blend(scene: &mut Scene<'_, [f32; 4]>) -> bool {
     draw(scene, |fragment, below| {
