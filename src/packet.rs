@@ -187,7 +187,7 @@ impl<C, D> Packet<'_, C, D> {
         let depths = z.zip(old.chunks_exact(WINDOW));
         for (((((p, q), sum), l), m), ((z, old), (color, old_color))) in weights.zip(depths.zip(colors)) {
             if BLENDED {
-                // No instruction, and not needed to be right: LLVM would make a call of the whole row's copy.
+                // No instruction, and not needed to be right: it keeps LLVM from making one call of the whole row's copies.
                 compiler_fence(Ordering::AcqRel);
                 color.copy_from_slice(old_color);
             }
@@ -225,7 +225,7 @@ impl<C, D> Packet<'_, C, D> {
         // Most often all pass, those beyond the row's end too. If not, those of the row are counted: all may pass even so.
         // (Compared lane by lane: arrays are compared in memory.)
         let windows = (old.len() / WINDOW) as u32;
-        if passing.iter().fold(0, |others, &passing| others | (passing ^ windows)) == 0 {
+        if passing.iter().fold(0, |differences, &passing| differences | (passing ^ windows)) == 0 {
             return Some(len.unsigned_abs());
         }
         let row = self.z.get(at..)?.iter().zip(old).take(len.unsigned_abs() as usize);

@@ -257,9 +257,10 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     /// * `varyings`: as many as there are positions, or a constant.
     ///
     /// The closure runs once for each fragment that passes the depth test, triangle by triangle, rows from the top, left
-    /// to right. The compiler makes SIMD of it as long as it holds no branch, no index that is checked, no
-    /// float-to-integer `as` (use [`pack_rgba8`](crate::pack_rgba8) and its neighbours) and no call: in a `std` program,
-    /// write `v * (1.0 / v.length_squared().sqrt())` with `f32::sqrt` or enable glam's `std` feature, because glam's own
+    /// to right. (If it panics, the pixels of its triangle may be written in part: some of them, or their depths alone.) The
+    /// compiler makes SIMD of it as long as it holds no branch, no index that is checked, no float-to-integer `as` (use
+    /// [`pack_rgba8`](crate::pack_rgba8) and its neighbours) and no call: in a `std` program, write
+    /// `v * (1.0 / v.length_squared().sqrt())` with `f32::sqrt` or enable glam's `std` feature, because glam's own
     /// `normalize` calls `libm` without it.
     ///
     /// # Errors

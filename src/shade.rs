@@ -148,14 +148,19 @@ impl Band {
 
 impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BLENDS> {
     /// Whether the closure may hold a reference, to a texture say, and so may read memory. For all that the compiler knows, that
-    /// is the framebuffer's, which the loop would write to: it would not become SIMD. So such a closure shades into the
+    /// is the framebuffer's, which the shading loop would write to: it would not become SIMD. So such a closure shades into the
     /// packet's pixels, which nobody else can see; others, which hold nothing or a few numbers, spare themselves the copy.
-    /// (What holds a reference is aligned like one.)
+    ///
+    /// Nobody can be asked that, so alignment is looked at: what is aligned like a reference counts as one, a `u64` and a `Vec4`
+    /// too. A wrong guess costs time, and nothing else.
     const MAY_READ: bool = size_of::<S>() > 0 && align_of::<S>() >= align_of::<&u8>();
 
-    /// Whether packets are filled up with lanes for which the closure is not called, so that none is left over after SIMD: up
-    /// to seven fragments, one by one, are most of a tiny triangle's time where SIMD has eight lanes. Where it has four, the
-    /// lanes cost large triangles more than that. What a closure reads may not be there where it is not called.
+    /// Whether packets of tiny triangles and of gathered rows are filled up to a multiple of eight lanes, for which the closure
+    /// is not called. Up to seven fragments that are left over after SIMD, one by one, are most of a tiny triangle's time where
+    /// it has eight lanes; where it has four, what all other loops pay for the condition is more than that. Not where the
+    /// closure may read: what it reads may not be there where it is not called.
+    ///
+    /// A stretch that is shaded in the framebuffer is not filled up: the pixels behind it are others'.
     const IS_PADDED: bool = cfg!(target_feature = "avx") && !Self::MAY_READ;
 
     /// Draws a triangle, of which these samples are [`covered`](crate::fan::Piece::covered).
@@ -216,7 +221,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let (colors, depths) = match &work {
                 Work::Rows(_, band, at) if at.gathered.is_empty() => {
                     let run = self.target.run(at.x + begin as i32, band.y + at.row as i32, asked);
-                    // Fewer if the framebuffer lends fewer.
+                    // Fewer if the framebuffer lends fewer; and no padding.
                     count = count.min(run.color.len()).min(run.depth.len());
                     len = count;
                     if Self::MAY_READ {
@@ -235,16 +240,16 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             else {
                 return;
             };
-            let place = begin..begin + len;
+            let lanes = begin..begin + len;
             let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
-                packet.p.get(place.clone()),
-                packet.q.get(place.clone()),
-                packet.sum.get(place.clone()),
-                packet.l.get(place.clone()),
-                packet.m.get(place.clone()),
-                packet.z.get(place.clone()),
-                packet.x.get(place.clone()),
-                packet.y.get(place),
+                packet.p.get(lanes.clone()),
+                packet.q.get(lanes.clone()),
+                packet.sum.get(lanes.clone()),
+                packet.l.get(lanes.clone()),
+                packet.m.get(lanes.clone()),
+                packet.z.get(lanes.clone()),
+                packet.x.get(lanes.clone()),
+                packet.y.get(lanes),
             ) else {
                 return;
             };
@@ -283,11 +288,12 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         }
     }
 
-    /// Shades the first `count` of some fragments, all of which pass the depth test. Gives how many of them were discarded.
+    /// Shades the first `count` of some fragments, all of which pass the depth test. Gives how many of them were discarded. The
+    /// others are padding: they get any colour, and nobody writes them out.
     ///
     /// A function of its own because of its arguments: that no mutable reference overlaps with another one is told to LLVM
     /// where a function is called, and not where they are made. Without it, each loop begins with up to a hundred comparisons
-    /// of addresses.
+    /// of addresses; only a count of instructions would show that.
     #[inline(always)]
     #[expect(
         clippy::too_many_arguments,
@@ -340,8 +346,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let (old_color, old_depth) = (colors[i], depths[i]);
             let depth = F::Depth::from_depth(z[i]);
             if Self::IS_PADDED && test.writes() {
-                // Before the closure: past a store, LLVM does not move the loads above to where the closure is called, which
-                // would make masked loads of them.
+                // Before the closure is called, and taken back if it discards: past a store, LLVM does not move the loads above
+                // to where it is called. There they would be masked, one lane read and the next not, which is slow.
                 depths[i] = depth;
             }
             let is_fragment = !Self::IS_PADDED || RAMP[i] < count;
@@ -364,7 +370,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     fn restore(
         &mut self,
         work: &Work,
-        (begin, len, asked): (usize, usize, usize),
+        (begin, count, asked): (usize, usize, usize),
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) {
         let Packet { colors, depths, discarded, places, .. } = packet;
@@ -390,7 +396,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     }
                 };
                 if at.gathered.is_empty() && Self::MAY_READ {
-                    restore(0, len, (at.x + begin as i32, band.y + at.row as i32), asked);
+                    restore(0, count, (at.x + begin as i32, band.y + at.row as i32), asked);
                 }
                 let mut begin = 0;
                 for row in at.gathered.clone() {
@@ -780,7 +786,7 @@ fn test_by_runs<F: Framebuffer, const N: usize>(
     found
 }
 
-/// How many lanes to shade for so many fragments, if packets are padded. A fragment alone is not worth it.
+/// How many lanes to shade for so many fragments, if packets are padded. A fragment stays alone: seven lanes more cost more.
 #[inline(always)]
 fn padded(count: usize) -> usize {
     if count == 1 { 1 } else { count.next_multiple_of(WINDOW) }
@@ -825,7 +831,7 @@ fn skip<D: DepthFormat, const PASSING: bool>(
 /// Copies a row of at most [`NARROW`] colours, and as many depths.
 ///
 /// Windows of a fixed size, the last of which ends where the row does and so overlaps the one before it: no pixel has to be
-/// chosen, or copied alone.
+/// chosen, or copied alone. It comes first; the one before it then writes some of it again.
 #[inline(always)]
 fn write_both<C: Copy, D: Copy>(colors: (&mut [C], &[C]), depths: (&mut [D], &[D]), writes_depth: bool) {
     match colors.1.len() {
