@@ -57,7 +57,43 @@ fn main() {
         bench(criterion, "vec2_by_as", size, UVS, cast, u_at);
         let floor = |f: Fragment<'_, Vec2>| floor_to_i32(f.varyings().x * 255.0 + 0.5) as u32;
         bench(criterion, "vec2_by_floor_to_i32", size, UVS, floor, u_at);
+        // A number that a closure holds, or borrows: with AVX, fragments that are left over after SIMD make the difference.
+        let scale = core::hint::black_box(1.0);
+        bench_tiny(criterion, "tiny_by_move", size, move |f| gray(f.varyings() * scale));
+        bench_tiny(criterion, "tiny_by_reference", size, |f| gray(f.varyings() * scale));
     });
+}
+
+/// Triangles of six to ten pixels each, over a square.
+fn bench_tiny(
+    criterion: &mut Criterion,
+    name: &str,
+    size: u32,
+    mut shade: impl FnMut(Fragment<'_, f32>) -> u32,
+) {
+    let cells = size / 4;
+    let corner = |x: u32, y: u32| Vec2::new(x as f32, y as f32) * (2.0 / cells as f32) - 1.0;
+    let positions: Vec<Vec4> = (0..cells * cells)
+        .map(|cell| (cell % cells, cell / cells))
+        .flat_map(|(x, y)| [(x, y), (x + 1, y), (x, y + 1), (x, y + 1), (x + 1, y), (x + 1, y + 1)])
+        .map(|(x, y)| corner(x, y).extend(0.5).extend(1.0))
+        .collect();
+    let us: Vec<f32> = positions.iter().map(|position| position.x * 0.5 + 0.5).collect();
+    let rasterizer = Rasterizer::new(Viewport::of_size(size, size).expect("a small size"));
+    let mut pixels = vec![0u32; (size * size) as usize];
+    let mut draw = |pixels: &mut [u32]| {
+        let mut target = Surface::color_only(pixels, size, size).expect("of this size");
+        rasterizer.draw(&mut target, Primitives::list(), &positions[..], &us[..], &mut shade).expect("valid")
+    };
+    assert_eq!(draw(&mut pixels).samples_passed, u64::from(size * size), "{name} of {size}");
+    for (i, pixel) in (0..).zip(&pixels) {
+        let expected = 255.0 * ((i % size) as f32 + 0.5) / size as f32;
+        assert!(((pixel & 0xff) as f32 - expected).abs() < 0.52, "{name} of {size} at {i}");
+    }
+    criterion
+        .benchmark_group("shade")
+        .throughput(Throughput::Elements(positions.len() as u64 / 3))
+        .bench_function(BenchmarkId::new(name, size), |bencher| bencher.iter(|| draw(&mut pixels)));
 }
 
 fn gray(x: f32) -> u32 {
