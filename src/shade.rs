@@ -156,7 +156,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     const MAY_READ: bool = size_of::<S>() > 0 && align_of::<S>() >= align_of::<&u8>();
 
     /// Whether packets of tiny triangles and of gathered rows are filled up to a multiple of eight lanes, for which the closure
-    /// is not called. Up to seven fragments that are left over after SIMD, one by one, are most of a tiny triangle's time where
+    /// is not called. Up to seven fragments that are left over after SIMD, one by one, are a tenth of a fine mesh's time where
     /// it has eight lanes; where it has four, what all other loops pay for the condition is more than that. Not where the
     /// closure may read: what it reads may not be there where it is not called.
     ///
