@@ -12,6 +12,8 @@
 //! * all fragments that pass of a [`tiny`](crate::tiny) triangle, whose rows are windows of 4 to 16 samples, or of a
 //!   [`minute`](crate::minute) one, whose samples are known.
 //!
+//! With AVX, packets of the last two kinds are filled up to a multiple of eight, so that none is left over after SIMD.
+//!
 //! Elsewhere, `one_by_one.rs` tests and shades one fragment after the other: less memory, less code, and the same results.
 
 #![expect(clippy::cast_possible_truncation, reason = "offsets in a packet and rows of a band are under 2⁹")]
@@ -321,6 +323,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
+        // All are as long already. Said again, for the compiler; cut from whole arrays here alone, some loops stay scalar.
         let len = colors.len().min(PACKET);
         let (Some(depths), Some(discarded)) = (depths.get_mut(..len), discarded.get_mut(..len)) else {
             return 0;
