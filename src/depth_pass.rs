@@ -143,14 +143,28 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
             }
             _ => return draw_by_runs::<_, N>(self.target, self.test, *tiny, width, *plane),
         };
-        let (mut passed, mut row, mut at) = ([0; 4], tiny.first_row::<N>(), 0usize);
-        let plane = plane.in_lanes();
-        for _ in 0..height {
-            let Some(window) = depth.get_mut(at..at.wrapping_add(N)).and_then(<[_]>::first_chunk_mut) else {
-                break;
-            };
-            test_row::<_, N>(self.test, window, (tiny, row), &plane, N, &mut passed);
-            (row, at) = (tiny.next_row(row), at.wrapping_add(stride));
+        let (mut passed, mut at) = ([0; 8], 0usize);
+        if N == 8 && cfg!(target_feature = "avx") {
+            // In one register. (Vec4 is four lanes, whatever there is.)
+            let mut row = tiny.first_eight();
+            for _ in 0..height {
+                let Some(window) = depth.get_mut(at..at.wrapping_add(8)).and_then(<[_]>::first_chunk_mut)
+                else {
+                    break;
+                };
+                test_lanes::<_, 8>(self.test, window, tiny.eight(&row, plane), 8, &mut passed);
+                (row, at) = (tiny.next_eight(row), at.wrapping_add(stride));
+            }
+        } else {
+            let (mut row, plane) = (tiny.first_row::<N>(), plane.in_lanes());
+            for _ in 0..height {
+                let Some(window) = depth.get_mut(at..at.wrapping_add(N)).and_then(<[_]>::first_chunk_mut)
+                else {
+                    break;
+                };
+                test_row::<_, N>(self.test, window, (tiny, row), &plane, N, &mut passed);
+                (row, at) = (tiny.next_row(row), at.wrapping_add(stride));
+            }
         }
         passed.iter().map(|&lane| u64::from(lane)).sum()
     }
@@ -166,7 +180,7 @@ fn draw_by_runs<F: Framebuffer, const N: usize>(
     width: usize,
     plane: DepthPlane,
 ) -> u64 {
-    let (mut passed, mut row, plane) = ([0; 4], tiny.first_row::<N>(), plane.in_lanes());
+    let (mut passed, mut row, plane) = ([0; 8], tiny.first_row::<N>(), plane.in_lanes());
     for y in tiny.y..tiny.y + tiny.rows {
         let depths = target.run(tiny.x, y, width).depth;
         if let Some(window) = depths.first_chunk_mut() {
@@ -191,34 +205,34 @@ fn test_row<D: DepthFormat, const N: usize>(
     (tiny, row): (&Tiny, Row),
     plane: &LanePlane,
     lent: usize,
-    passed: &mut [u32; 4],
+    passed: &mut [u32; 8],
 ) {
     for quarter in 0..N / 4 {
         let Some(depths) = depths.get_mut(4 * quarter..).and_then(<[_]>::first_chunk_mut) else { return };
         let (inside, z) = tiny.quarter::<N>(row, quarter, plane);
         let inside = inside.min(tiny.may_draw_quarter(quarter)).to_array();
-        test_quarter(test, depths, (inside, z.to_array()), lent.saturating_sub(4 * quarter), passed);
+        test_lanes::<_, 4>(test, depths, (inside, z.to_array()), lent.saturating_sub(4 * quarter), passed);
     }
 }
 
-/// Tests and writes four of a window's depths. Their samples are covered where `inside` is not negative, and have depths `z`.
+/// Tests and writes some of a window's depths. Their samples are covered where `inside` is not negative, and have depths `z`.
 #[inline(always)]
-fn test_quarter<D: DepthFormat>(
+fn test_lanes<D: DepthFormat, const N: usize>(
     test: impl DepthTest,
-    depths: &mut [D; 4],
-    (inside, z): ([f32; 4], [f32; 4]),
+    depths: &mut [D; N],
+    (inside, z): ([f32; N], [f32; N]),
     lent: usize,
-    passed: &mut [u32; 4],
+    passed: &mut [u32; 8],
 ) {
-    let (mut pixels, mut is_drawn) = (*depths, [0; 4]);
-    for i in 0..4 {
+    let (mut pixels, mut is_drawn) = (*depths, [0; N]);
+    for i in 0..N {
         let is_inside = (inside[i] >= 0.0) & (i < lent);
         is_drawn[i] = u32::from(is_inside & passes(test, z[i], pixels[i]));
     }
-    for i in 0..4 {
+    for i in 0..N {
         passed[i] += is_drawn[i];
     }
-    for i in 0..4 {
+    for i in 0..N {
         let is_written = (is_drawn[i] != 0) & test.writes();
         pixels[i] = if is_written { D::from_depth(z[i]) } else { pixels[i] };
     }

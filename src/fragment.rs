@@ -3,8 +3,6 @@
 //! Everything that a shader may ask is a formula of the edge functions at the sample. A fragment only carries what these
 //! formulas start from; what is not asked for costs nothing.
 
-use glam::Vec4;
-
 use crate::interpolate::{Varyings, Weights};
 use crate::setup::Setup;
 use crate::traverse::HAS_FLOAT_LANES;
@@ -190,12 +188,17 @@ impl<'a, V: Varyings> Shading<'a, V> {
         WeightParts { p, q, sum: p + q + r, l: edges[0] * self.inv_area2, m: edges[1] * self.inv_area2 }
     }
 
-    /// [`parts`](Self::parts) for four: p, q, sum, l, m.
+    /// [`parts`](Self::parts) for several samples: p, q, sum, l, m.
     #[inline(always)]
-    pub(crate) fn parts_of_four(&self, [e0, e1, e2]: [Vec4; 3]) -> [Vec4; 5] {
+    pub(crate) fn parts_of<const N: usize>(&self, [a, b, c]: [[f32; N]; 3]) -> [[f32; N]; 5] {
+        // One step at a time for all lanes: each becomes one operation or two.
+        let times = |edge: [f32; N], factor: f32| edge.map(|value| value * factor);
         let [u, v, w] = self.inv_w;
-        let (p, q, r) = (e0 * u, e1 * v, e2 * w);
-        [p, q, p + q + r, e0 * self.inv_area2, e1 * self.inv_area2]
+        let (p, q, mut sum) = (times(a, u), times(b, v), times(c, w));
+        for i in 0..N {
+            sum[i] += p[i] + q[i];
+        }
+        [p, q, sum, times(a, self.inv_area2), times(b, self.inv_area2)]
     }
 
     /// The change of [`parts`](Self::parts) by a pixel to the right.

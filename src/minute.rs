@@ -26,7 +26,7 @@ pub(crate) struct Covered {
     pub(crate) x: i32,
     pub(crate) y: i32,
     /// Its place from the top left on, 16 a row: see [`place_of`](crate::packet::place_of).
-    pub(crate) place: u8,
+    pub(crate) place: u32,
     /// The edge functions.
     pub(crate) edges: [f32; 3],
 }
@@ -56,7 +56,7 @@ impl Iterator for Minute<'_> {
         let (e0, e1) = (p.at(x, y) as i32, q.at(x, y) as i32);
         let e2 = (self.setup.area2() as i32).wrapping_sub(e0).wrapping_sub(e1);
         let edges = [e0 as f32, e1 as f32, e2 as f32];
-        Some(Covered { x, y, place: (dx + 16 * dy) as u8, edges })
+        Some(Covered { x, y, place: (dx + 16 * dy) as u32, edges })
     }
 }
 

@@ -9,8 +9,8 @@ use glam::{Mat4, Vec4};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Shading, WeightParts};
 use crate::interpolate::Varyings;
-use crate::plane::{LanePlane, RowPlane};
-use crate::tiny::{SIDE, Tiny};
+use crate::plane::{DepthPlane, RowPlane};
+use crate::tiny::{NEGATIVE, SIDE, Tiny};
 use crate::traverse::HAS_FLOAT_LANES;
 
 /// How many fragments are in flight: enough for SIMD to be worth its overhead, and little enough for the first-level
@@ -35,8 +35,8 @@ pub(crate) struct Packet<'a, C, D> {
     pub(crate) depths: &'a mut [D; PACKET],
     /// Which of them were discarded: not 0. All are 0 between packets.
     pub(crate) discarded: &'a mut [u32; PACKET],
-    /// A packet of a tiny triangle remembers where in its windows each fragment belongs: see [`place_of`].
-    pub(crate) places: &'a mut [u8; PLACES],
+    /// A packet of a tiny triangle remembers where in its block each fragment belongs: see [`Places`].
+    pub(crate) places: &'a mut [u32; PLACES],
 }
 
 /// Memory that begins where a cache line does: no SIMD register of it reaches over two.
@@ -47,27 +47,79 @@ pub(crate) struct Aligned<T>(pub(crate) T);
 /// Pixels in a window of a row.
 pub(crate) const WINDOW: usize = 8;
 
-/// Column and row of a place in a tiny triangle's windows: places are numbered row by row, 16 in each.
-#[inline(always)]
-pub(crate) fn place_of(place: u8) -> (i32, i32) {
-    (i32::from(place) & 15, i32::from(place) >> 4)
+/// What all fragments of a triangle are made of. (What is in memory does not hold this: nothing that is referred to from there
+/// can stay in registers.)
+#[derive(Clone, Copy)]
+pub(crate) struct Triangle<'a, V> {
+    pub(crate) shading: &'a Shading<'a, V>,
+    pub(crate) plane: &'a DepthPlane,
 }
 
-/// Room for the fragments of a tiny triangle. They are at most some 150, of which four at a time are added: all of its bounds
+/// How many fragments of a tiny triangle are worked out at a time: as many as the shading loop will load at once. A load of what
+/// two stores have left has to wait until both have reached the cache.
+const GROUP: usize = if cfg!(target_feature = "avx") { 8 } else { 4 };
+
+/// Room for the fragments of a tiny triangle. They are at most some 150, of which a group at a time is added: all of its bounds
 /// are more than enough.
 pub(crate) const PLACES: usize = (SIDE * SIDE) as usize;
 
-/// The places of the lanes of a word, in rows of `lanes`; and of none.
-const fn places(lanes: usize) -> [u8; 65] {
-    let (mut places, mut lane) = ([0; 65], 0);
-    while lane < 64 {
-        places[lane] = (16 * (lane / lanes) + lane % lanes) as u8;
-        lane += 1;
-    }
-    places
+/// Where the samples of a tiny triangle's windows stand in a block of pixels, lane by lane; and a place for no lane, that of
+/// the first. Worked out for each fragment, that would be a multiplication and more; blocks of a framebuffer have all the same
+/// stride.
+#[derive(Debug)]
+pub(crate) struct Places {
+    stride: usize,
+    /// Words of eight rows of eight lanes.
+    narrow: [[u32; 65]; 2],
+    /// Words of four rows of sixteen lanes.
+    wide: [[u32; 65]; 4],
 }
 
-/// Their columns and rows. (Four numbers: so they are loaded at once.)
+/// The stride of places where the framebuffer lends no block.
+pub(crate) const ROW: usize = SIDE as usize;
+
+/// Column and row of a place where the framebuffer lends no block: 16 a row.
+#[inline(always)]
+pub(crate) fn place_of(place: u32) -> (i32, i32) {
+    (place as i32 % SIDE, place as i32 / SIDE)
+}
+
+impl Places {
+    /// None yet.
+    pub(crate) const fn new() -> Self {
+        Self { stride: usize::MAX, narrow: [[0; 65]; 2], wide: [[0; 65]; 4] }
+    }
+
+    /// Places in blocks of this stride, for which 16 rows are less than 2³² pixels.
+    #[inline(always)]
+    pub(crate) fn with_stride(&mut self, stride: usize) -> &Self {
+        if self.stride != stride {
+            self.set_stride(stride);
+        }
+        self
+    }
+
+    #[inline(never)]
+    fn set_stride(&mut self, stride: usize) {
+        let fill = |word: &mut [u32; 65], first: usize, lanes: usize| {
+            for (lane, place) in word.iter_mut().enumerate() {
+                let lane = lane % 64;
+                *place = (lane % lanes + (first + lane / lanes).wrapping_mul(stride)) as u32;
+            }
+        };
+        self.stride = stride;
+        self.narrow.iter_mut().zip([0, 8]).for_each(|(word, first)| fill(word, first, 8));
+        self.wide.iter_mut().zip([0, 4, 8, 12]).for_each(|(word, first)| fill(word, first, 16));
+    }
+
+    /// Those of the word of narrow windows, or of wide ones, that begins with this row.
+    #[inline(always)]
+    fn of<const N: usize>(&self, first: usize) -> Option<&[u32; 65]> {
+        if N > 8 { self.wide.get(first / 4) } else { self.narrow.get(first / 8) }
+    }
+}
+
+/// The columns and rows of a word's lanes, in rows of `lanes`; and of none. (Four numbers: so they are loaded at once.)
 const fn offsets(lanes: usize) -> [Vec4; 65] {
     let (mut offsets, mut lane) = ([Vec4::ZERO; 65], 0);
     while lane < 64 {
@@ -94,7 +146,7 @@ pub(crate) const NARROW: usize = 64;
 impl<C, D> Packet<'_, C, D> {
     /// Sets one fragment.
     #[inline(always)]
-    pub(crate) fn put(&mut self, at: usize, (x, y): (i32, i32), parts: WeightParts, z: f32, place: u8) {
+    pub(crate) fn put(&mut self, at: usize, (x, y): (i32, i32), parts: WeightParts, z: f32, place: u32) {
         let at = at & (PACKET - 1);
         let WeightParts { p, q, sum, l, m } = parts;
         (self.p[at], self.q[at], self.sum[at], self.l[at], self.m[at]) = (p, q, sum, l, m);
@@ -104,51 +156,107 @@ impl<C, D> Packet<'_, C, D> {
         }
     }
 
-    /// Adds those lanes of a tiny triangle's windows, a word in rows of `N` from row `first` on, to `filled` fragments. Gives
-    /// how many there are then. Four at a time are worked out, so what follows is overwritten.
+    /// Adds those of some lanes of a tiny triangle's windows, a word in rows of `N` from row `first` on, that pass the depth
+    /// test against what is `read` at their places, or all of them without. Gives how many fragments there are then. A group is
+    /// worked out at a time, so what follows is overwritten.
     #[inline(always)]
-    pub(crate) fn put_lanes<V: Varyings, const N: usize>(
+    pub(crate) fn put_lanes<V: Varyings, const N: usize, const TESTS: bool>(
         &mut self,
-        filled: usize,
+        mut filled: usize,
         (mut lanes, first): (u64, usize),
         tiny: &Tiny,
-        shading: &Shading<'_, V>,
-        plane: &LanePlane,
-    ) -> usize {
-        if lanes == 0 {
+        Triangle { shading, plane }: Triangle<'_, V>,
+        places: &Places,
+        (test, mut read): (impl DepthTest, impl FnMut(u32) -> Option<D>),
+    ) -> usize
+    where
+        D: DepthFormat,
+    {
+        let (Some(place_of), offsets_of) = (places.of::<N>(first), const { &offsets(N) }) else {
             return filled;
-        }
-        let (places_of, offsets_of) = const { (&places(N), &offsets(N)) };
-        let (mut at, end) = (filled, filled + lanes.count_ones() as usize);
-        while at < end {
-            let (Some(places), Some(x), Some(y)) =
-                (self.places.get_mut(at..at + 4), self.x.get_mut(at..at + 4), self.y.get_mut(at..at + 4))
-            else {
-                return at;
-            };
-            let mut offsets = [Vec4::ZERO; 4];
-            for i in 0..4 {
-                // Which lanes they are, no predictor can tell: the next one is found without a branch.
-                let lane = lanes.trailing_zeros() as usize;
-                lanes &= lanes.wrapping_sub(1);
-                offsets[i] = offsets_of[lane];
-                places[i] = places_of[lane].wrapping_add(16 * first as u8);
-                let place = place_of(places[i]);
-                (x[i], y[i]) = (tiny.x.wrapping_add(place.0), tiny.y.wrapping_add(place.1));
+        };
+        let mut left = lanes.count_ones() as usize;
+        while left > 0 {
+            let (mut columns, mut rows, mut pixels) = ([0.0; GROUP], [0.0; GROUP], [(0, 0); GROUP]);
+            let (mut places, mut old) = ([0; GROUP], [D::from_depth(0.0); GROUP]);
+            for four in (0..GROUP).step_by(4) {
+                let mut offsets = [Vec4::ZERO; 4];
+                for (i, offset) in offsets.iter_mut().enumerate() {
+                    // Which lanes they are, no predictor can tell: the next one is found without a branch.
+                    let lane = lanes.trailing_zeros() as usize;
+                    lanes &= lanes.wrapping_sub(1);
+                    *offset = offsets_of[lane];
+                    let i = four + i;
+                    places[i] = place_of[lane];
+                    pixels[i] = tiny.pixel(((lane % N) as i32, (first + lane / N) as i32));
+                    if TESTS {
+                        let Some(depth) = read(places[i]) else { return filled };
+                        old[i] = depth;
+                    }
+                }
+                let [a, b, c, d] = offsets;
+                let offsets = Mat4::from_cols(a, b, c, d).transpose();
+                let (x, y) = (offsets.x_axis.to_array(), (offsets.y_axis + first as f32).to_array());
+                for i in 0..4 {
+                    (columns[four + i], rows[four + i]) = (x[i], y[i]);
+                }
             }
-            let [a, b, c, d] = offsets;
-            let offsets = Mat4::from_cols(a, b, c, d).transpose();
-            let offset = (offsets.x_axis, offsets.y_axis + first as f32);
-            let ([p, q, sum, l, m], z) = tiny.parts_of_four(offset, shading, plane);
-            put_four(self.p, at, p);
-            put_four(self.q, at, q);
-            put_four(self.sum, at, sum);
-            put_four(self.l, at, l);
-            put_four(self.m, at, m);
-            put_four(self.z, at, z);
-            at += 4;
+            let edges = tiny.edges_at(columns, rows);
+            let mut z = [0.0; GROUP];
+            for i in 0..GROUP {
+                z[i] = plane.clamp(plane.at_edges(edges[0][i], edges[1][i]));
+            }
+            let count = left.min(GROUP);
+            left -= count;
+            let all = (1u32 << count) - 1;
+            let mut passing = all;
+            if TESTS {
+                for four in (0..GROUP).step_by(4) {
+                    let mut others = [0.0; 4];
+                    for i in 0..4 {
+                        others[i] = if passes(test, z[four + i], old[four + i]) { 0.0 } else { NEGATIVE };
+                    }
+                    passing &= !(Vec4::from_array(others).is_negative_bitmask() << four);
+                }
+                if passing == 0 {
+                    continue;
+                }
+            }
+            let parts = shading.parts_of(edges);
+            if passing == all {
+                self.put_group(filled, pixels, parts, z, places);
+                filled += count;
+                continue;
+            }
+            let [p, q, sum, l, m] = parts;
+            for i in (0..GROUP).filter(|i| passing >> i & 1 == 1) {
+                let parts = WeightParts { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
+                self.put(filled, pixels[i], parts, z[i], places[i]);
+                filled += 1;
+            }
         }
-        end
+        filled
+    }
+
+    /// Sets a group of fragments.
+    #[inline(always)]
+    fn put_group(
+        &mut self,
+        at: usize,
+        pixels: [(i32, i32); GROUP],
+        [p, q, sum, l, m]: [[f32; GROUP]; 5],
+        z: [f32; GROUP],
+        places: [u32; GROUP],
+    ) {
+        put_array(self.p, at, p);
+        put_array(self.q, at, q);
+        put_array(self.sum, at, sum);
+        put_array(self.l, at, l);
+        put_array(self.m, at, m);
+        put_array(self.z, at, z);
+        put_array(self.x, at, pixels.map(|(x, _)| x));
+        put_array(self.y, at, pixels.map(|(_, y)| y));
+        put_array(self.places, at, places);
     }
 
     /// [`set`](Self::set) from `at` on for a short row of `len`, in windows of eight: as many as the old pixels make, of which
@@ -306,8 +414,8 @@ pub(crate) fn store<T: Copy, const N: usize>(to: &mut [T; N], pixels: [T; N]) {
 }
 
 #[inline(always)]
-fn put_four(numbers: &mut [f32], at: usize, four: Vec4) {
-    if let Some(to) = numbers.get_mut(at..at + 4) {
-        to.copy_from_slice(&four.to_array());
+fn put_array<T: Copy, const N: usize>(to: &mut [T], at: usize, items: [T; N]) {
+    if let Some(to) = to.get_mut(at..).and_then(<[_]>::first_chunk_mut) {
+        *to = items;
     }
 }

@@ -15,7 +15,7 @@ use crate::fragment::{Fragment, Shading};
 use crate::geometry::{Facing, Geometry};
 use crate::interpolate::Varyings;
 use crate::one_by_one::{OneByOne, Vertices};
-use crate::packet::{Aligned, PACKET, PLACES, Packet};
+use crate::packet::{Aligned, PACKET, PLACES, Packet, Places};
 use crate::plane::DepthPlane;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
@@ -547,6 +547,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             shade,
             expects_all: true,
             coarse,
+            places: &mut Places::new(),
         };
         while let Some(piece) = source.next() {
             let history = source.history(&piece);

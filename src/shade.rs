@@ -26,12 +26,12 @@ use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Fragment, Shading, WeightParts};
 use crate::interpolate::Varyings;
 use crate::minute::Minute;
-use crate::packet::{NARROW, PACKET, Packet, RAMP, Start, WINDOW, copy, place_of};
+use crate::packet::{NARROW, PACKET, Packet, Places, RAMP, ROW, Start, Triangle, WINDOW, copy, place_of};
 use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::setup::Setup;
 use crate::state::Statistics;
 use crate::target::{Block, Borders, Framebuffer};
-use crate::tiny::{Lanes, SIDE, Tiny, is_tiny, rows_per_word};
+use crate::tiny::{self, Lanes, Tiny, is_tiny};
 use crate::traverse::{LANES, Rows, Solver};
 
 /// What a draw's shading works with. The closure reads the colour already there if it `BLENDS`.
@@ -46,22 +46,33 @@ pub(crate) struct Shader<'a, F, T, S, const BLENDS: bool> {
     /// Whether all fragments of the last stretch passed: most likely those of the next will.
     pub(crate) expects_all: bool,
     pub(crate) coarse: Coarse,
+    /// Those of the framebuffer's blocks.
+    pub(crate) places: &'a mut Places,
 }
 
-/// What is left of a triangle to be shaded: all of a tiny or minute one, which is in the packet already, with the pixel that
-/// places are counted from and the number of fragments; or row after row.
+/// What is left of a triangle to be shaded: all of a tiny or minute one, which is in the packet already, so many fragments; or
+/// row after row.
 #[expect(clippy::large_enum_variant, reason = "it never moves")]
 enum Work {
-    Tiny((i32, i32), usize),
+    Tiny(Patch, usize),
     Rows(Solver, Band, Progress),
 }
 
-/// What fragments of a triangle are made of. (A band does not hold this: nothing that is referred to from memory can stay
-/// in registers.)
+/// Where fragments of a tiny or minute triangle go. Their places are counted from pixel (x, y), in a block, or 16 a row where
+/// the framebuffer lends none.
 #[derive(Clone, Copy)]
-struct Triangle<'a, V> {
-    shading: &'a Shading<'a, V>,
-    plane: &'a DepthPlane,
+struct Patch {
+    x: i32,
+    y: i32,
+    block: Option<Dimensions>,
+}
+
+/// Of a block of pixels.
+#[derive(Clone, Copy)]
+struct Dimensions {
+    width: usize,
+    height: usize,
+    stride: usize,
 }
 
 /// Some rows of a triangle, ready to be shaded.
@@ -182,19 +193,22 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let triangle = Triangle { shading, plane };
         let mut work = if covered != 0 {
             let minute = Minute::new(setup, covered);
-            let origin = (minute.x, minute.y);
+            let patch = Patch { x: minute.x, y: minute.y, block: None };
             let len = self.fill_minute(minute, triangle, packet);
             if len == 0 {
                 return;
             }
-            Work::Tiny(origin, len)
+            Work::Tiny(patch, len)
         } else if is_tiny(setup) {
             let tiny = Tiny::new(setup, self.target_area, self.render_area);
-            let len = self.fill_tiny(&tiny, triangle, packet);
+            if tiny.is_empty() {
+                return;
+            }
+            let (len, block) = self.fill_tiny(&tiny, triangle, packet);
             if len == 0 {
                 return;
             }
-            Work::Tiny((tiny.x, tiny.y), len)
+            Work::Tiny(Patch { x: tiny.x, y: tiny.y, block }, len)
         } else {
             let band = Band::new(setup, triangle, self.render_area);
             Work::Rows(Solver::new(setup), band, Progress::default())
@@ -275,7 +289,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 self.restore(&work, (begin, count, asked), packet);
             }
             match &mut work {
-                Work::Tiny(origin, len) => return self.write_tiny(*origin, *len, packet),
+                Work::Tiny(patch, len) => return self.write_tiny(*patch, *len, packet),
                 Work::Rows(_, band, at) if at.gathered.is_empty() => {
                     if Self::MAY_READ {
                         let run = self.target.run(at.x + begin as i32, band.y + at.row as i32, asked);
@@ -379,10 +393,10 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let Packet { colors, depths, discarded, places, .. } = packet;
         // By what lends them when they are written: of what is lent for another, nothing is known.
         match work {
-            &Work::Tiny(origin, len) => {
+            &Work::Tiny(patch, len) => {
                 let Some(places) = places.get(..len) else { return };
                 let pixels = discarded.iter().zip(colors.iter_mut().zip(depths.iter_mut()));
-                self.for_each_place(origin, places, pixels, |(discarded, pixel), &mut color, &mut depth| {
+                self.for_each_place(patch, places, pixels, |(discarded, pixel), &mut color, &mut depth| {
                     if *discarded == 1 {
                         (*pixel.0, *pixel.1) = (color, depth);
                     }
@@ -440,63 +454,91 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         filled
     }
 
-    /// Fills a packet with the fragments of a tiny triangle that pass the depth test. Gives how many.
+    /// Fills a packet with the fragments of a tiny triangle that pass the depth test. Gives how many, and the block that they
+    /// are in.
     #[inline(always)]
     fn fill_tiny<V: Varyings>(
         &mut self,
         tiny: &Tiny,
-        Triangle { shading, plane }: Triangle<'_, V>,
+        triangle: Triangle<'_, V>,
         packet: &mut Packet<'_, F::Color, F::Depth>,
-    ) -> usize {
-        let plane = &plane.in_lanes();
+    ) -> (usize, Option<Dimensions>) {
+        let (width, height) = (tiny.width(self.target_area), tiny.rows as usize);
+        let is_narrow = tiny.lanes <= tiny::NARROW;
+        let block = if is_narrow { lend(self.target, (tiny.x, tiny.y), (width, height)) } else { None };
         let mut filled = 0;
-        if tiny.lanes > 8 {
-            let found = if tiny.lanes > 12 {
+        let dimensions;
+        if let Some(Block { color, depth, stride }) = block {
+            // How many fragments there are is known without a look at the memory: a loop's end that is guessed wrong has not to
+            // wait for it.
+            dimensions = Some(Dimensions { width, height, stride });
+            let (color, depth) = (&*color, &*depth);
+            let read = |place: u32| {
+                if !BLENDS {
+                    // Its cache line, which is about to be written, comes while depth is tested.
+                    black_box(*color.get(place as usize)?);
+                }
+                depth.get(place as usize).copied()
+            };
+            let places = self.places.with_stride(stride);
+            let covered = if tiny.lanes > 4 { tiny.covered::<8>() } else { tiny.covered::<4>() };
+            for (word, lanes) in covered.into_iter().enumerate() {
+                filled = packet.put_lanes::<_, 8, true>(
+                    filled,
+                    (lanes, 8 * word),
+                    tiny,
+                    triangle,
+                    places,
+                    (self.test, read),
+                );
+            }
+        } else {
+            // Rows are so long, or so slow to get, that they are tested as a whole.
+            let plane = &triangle.plane.in_lanes();
+            let (passing, block) = if tiny.lanes > 12 {
                 self.test_tiny::<16>(tiny, plane)
             } else {
                 self.test_tiny::<12>(tiny, plane)
             };
-            for (word, lanes) in found.into_iter().enumerate() {
-                filled = packet.put_lanes::<_, 16>(filled, (lanes, 4 * word), tiny, shading, plane);
-            }
-        } else {
-            let [upper, lower, ..] = if tiny.lanes > 4 {
-                self.test_tiny::<8>(tiny, plane)
-            } else {
-                self.test_tiny::<4>(tiny, plane)
-            };
-            for lanes in [(upper, 0), (lower, 8)] {
-                filled = packet.put_lanes::<_, 8>(filled, lanes, tiny, shading, plane);
+            dimensions = block;
+            let places = self.places.with_stride(dimensions.map_or(ROW, |block| block.stride));
+            for (word, lanes) in passing.into_iter().enumerate() {
+                let read = |_| None;
+                filled = packet.put_lanes::<_, 16, false>(
+                    filled,
+                    (lanes, 4 * word),
+                    tiny,
+                    triangle,
+                    places,
+                    (self.test, read),
+                );
             }
         }
         if BLENDS {
-            self.read_tiny(tiny, filled, packet);
+            self.read_tiny(Patch { x: tiny.x, y: tiny.y, block: dimensions }, filled, packet);
         }
-        filled
+        (filled, dimensions)
     }
 
-    /// The lanes of a tiny triangle's windows that are covered and pass the depth test.
+    /// The lanes of a tiny triangle's windows, of `N` lanes, that are covered and pass the depth test, and the block that they are
+    /// in.
     #[inline(always)]
-    fn test_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &LanePlane) -> Lanes {
+    fn test_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &LanePlane) -> (Lanes, Option<Dimensions>) {
         let (mut found, mut row, mut number, mut at) = ([0; 4], tiny.first_row::<N>(), 0, 0usize);
-        if tiny.is_empty() {
-            return found;
-        }
         let (width, height) = (tiny.width(self.target_area), tiny.rows as usize);
-        let Some(Block { color, depth, stride }) = self.target.block(tiny.x, tiny.y, width, height) else {
-            return test_by_runs::<_, N>(self.target, self.test, *tiny, width, *plane);
+        let Some(Block { color, depth, stride }) = lend(self.target, (tiny.x, tiny.y), (width, height))
+        else {
+            return (test_by_runs::<_, N>(self.target, self.test, *tiny, width, *plane), None);
         };
-        let len = color.len().min(depth.len());
-        let (Some(color), Some(depth)) = (color.get(..len), depth.get(..len)) else { return found };
-        let (may_draw, rows) = (tiny.may_draw(), rows_per_word(N));
+        let may_draw = tiny.may_draw();
         for (word, lanes) in found.iter_mut().enumerate() {
             let mut shift = 0;
-            while number < (rows * (word + 1)).min(height) {
+            while number < (4 * (word + 1)).min(height) {
                 let (Some(colors), Some(depths)) = (
                     color.get(at..at.wrapping_add(N)),
                     depth.get(at..at.wrapping_add(N)).and_then(<[_]>::first_chunk),
                 ) else {
-                    return test_by_runs::<_, N>(self.target, self.test, *tiny, width, *plane);
+                    return (test_by_runs::<_, N>(self.target, self.test, *tiny, width, *plane), None);
                 };
                 if !BLENDS {
                     // Its cache line, which is about to be written, comes while depth is tested.
@@ -504,41 +546,30 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 }
                 *lanes |= u64::from(tiny.chosen::<_, N>(row, plane, self.test, depths, may_draw)) << shift;
                 (row, at) = (tiny.next_row(row), at.wrapping_add(stride));
-                (number, shift) = (number + 1, shift + 64 / rows);
+                (number, shift) = (number + 1, shift + 16);
             }
         }
-        found
+        (found, Some(Dimensions { width, height, stride }))
     }
 
-    /// Visits the framebuffer's pixels at some places, which are counted from (x, y), each with one of the packet's.
+    /// Visits the framebuffer's pixels at some places of a patch, each with one of the packet's.
     #[inline(always)]
     fn for_each_place<P>(
         &mut self,
-        (x, y): (i32, i32),
-        places: &[u8],
+        Patch { x, y, block }: Patch,
+        places: &[u32],
         pixels: impl Iterator<Item = P>,
         mut visit: impl FnMut(P, &mut F::Color, &mut F::Depth),
     ) {
-        // Places are in order: down to the last one's row, and over windows as wide as the framebuffer has them. For a pixel
-        // or two, a block is not worth asking for.
-        let block = match places {
-            &[_, _, .., last] => {
-                let width = SIDE.min(self.target_area.right - x) as usize;
-                let height = place_of(last).1 as usize + 1;
-                self.target.block(x, y, width, height).filter(|block| {
-                    let len = (height - 1).wrapping_mul(block.stride).wrapping_add(width);
-                    len <= block.color.len().min(block.depth.len())
-                })
+        if let Some(Dimensions { width, height, stride }) = block {
+            // One that is not lent as it was before is left alone.
+            let Some(block) = lend(self.target, (x, y), (width, height)) else { return };
+            if block.stride != stride {
+                return;
             }
-            _ => None,
-        };
-        if let Some(Block { color, depth, stride }) = block {
-            let len = color.len().min(depth.len());
-            let (Some(color), Some(depth)) = (color.get_mut(..len), depth.get_mut(..len)) else { return };
             for (&place, pixel) in places.iter().zip(pixels) {
-                let (dx, dy) = place_of(place);
-                let at = (dy as usize).wrapping_mul(stride).wrapping_add(dx as usize);
-                if let (Some(color), Some(depth)) = (color.get_mut(at), depth.get_mut(at)) {
+                let at = place as usize;
+                if let (Some(color), Some(depth)) = (block.color.get_mut(at), block.depth.get_mut(at)) {
                     visit(pixel, color, depth);
                 }
             }
@@ -555,16 +586,16 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
 
     /// Reads the colours that a tiny triangle is blended with.
     #[inline(always)]
-    fn read_tiny(&mut self, tiny: &Tiny, len: usize, packet: &mut Packet<'_, F::Color, F::Depth>) {
+    fn read_tiny(&mut self, patch: Patch, len: usize, packet: &mut Packet<'_, F::Color, F::Depth>) {
         let (Some(places), Some(colors)) = (packet.places.get(..len), packet.colors.get_mut(..len)) else {
             return;
         };
-        self.for_each_place((tiny.x, tiny.y), places, colors.iter_mut(), |to, color, _| *to = *color);
+        self.for_each_place(patch, places, colors.iter_mut(), |to, color, _| *to = *color);
     }
 
     /// Writes the pixels of a tiny triangle.
     #[inline(always)]
-    fn write_tiny(&mut self, origin: (i32, i32), len: usize, packet: &Packet<'_, F::Color, F::Depth>) {
+    fn write_tiny(&mut self, patch: Patch, len: usize, packet: &Packet<'_, F::Color, F::Depth>) {
         let (Some(places), Some(colors), Some(depths)) =
             (packet.places.get(..len), packet.colors.get(..len), packet.depths.get(..len))
         else {
@@ -572,7 +603,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         };
         let writes = self.test.writes();
         self.for_each_place(
-            origin,
+            patch,
             places,
             colors.iter().zip(depths),
             |(color, depth), to_color, to_depth| {
@@ -762,6 +793,23 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     }
 }
 
+/// A block of at most 16 rows, cut so that colours and depths are as many, if it is as long as it should be. (Places in it are
+/// numbers of 32 bits.)
+#[inline(always)]
+fn lend<F: Framebuffer>(
+    target: &mut F,
+    (x, y): (i32, i32),
+    (width, height): (usize, usize),
+) -> Option<Block<'_, F::Color, F::Depth>> {
+    let Block { color, depth, stride } = target.block(x, y, width, height)?;
+    let len = color.len().min(depth.len());
+    let needed = (height - 1).wrapping_mul(stride).wrapping_add(width);
+    if needed > len || stride > 1 << 27 {
+        return None;
+    }
+    Some(Block { color: color.get_mut(..len)?, depth: depth.get_mut(..len)?, stride })
+}
+
 /// The lanes of a tiny triangle's windows that are covered and pass the depth test, in a framebuffer that lends no block, or
 /// one narrower than a window. (By value, so that nothing has to be in memory for the sake of this.)
 #[inline(never)]
@@ -772,9 +820,9 @@ fn test_by_runs<F: Framebuffer, const N: usize>(
     width: usize,
     plane: LanePlane,
 ) -> Lanes {
-    let (mut found, mut row, mut y, rows) = ([0; 4], tiny.first_row::<N>(), tiny.y, rows_per_word(N));
+    let (mut found, mut row, mut y) = ([0; 4], tiny.first_row::<N>(), tiny.y);
     for lanes in &mut found {
-        for shift in (0..64).step_by(64 / rows) {
+        for shift in (0..64).step_by(16) {
             if y < tiny.y + tiny.rows {
                 // Less than a window, of a narrow framebuffer or a miserly one, is tested in one of our own.
                 let run = target.run(tiny.x, y, width);

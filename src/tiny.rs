@@ -2,18 +2,23 @@
 //!
 //! Inside of such a triangle's bounds no edge function exceeds 2²⁴, width by height in subpixels, nor does a product on the
 //! way to it: `f32` holds all of them exactly. So nothing is solved, and a step is as good as a product. A row is one window
-//! of 4, 8, 12 or 16 samples, one in each SIMD lane, whose coverage and depth are worked out from its own edge functions. Those
-//! that pass are bits, and the fragments of all rows are put one after the other into one packet.
+//! of 4, 8, 12 or 16 samples, one in each SIMD lane; lanes that are covered, or pass, are bits. There are two ways from there
+//! to a packet, in which the fragments of all rows stand one after the other:
+//!
+//! * of narrow windows, of up to eight samples, those that are [covered](Tiny::covered) are found first, of all rows. Depth is
+//!   worked out and tested where they are put into the packet. So no number of fragments, and no loop's end, waits for depths
+//!   to come from far away; and
+//! * of wide ones, coverage and depth of a row are worked out from its own edge functions and tested [at
+//!   once](Tiny::chosen): what is hidden is done with.
 //!
 //! Rows are computed in glam's `Vec4`, which is SIMD on every target that has it: out of plain arrays of lanes, compilers
-//! made something else for odd lanes.
+//! made something else for odd lanes. Only depth passes compiled for AVX have [eight](Tiny::eight) lanes.
 
 use glam::Vec4;
 
 use crate::depth::{DepthFormat, DepthTest, passes};
-use crate::fragment::Shading;
-use crate::interpolate::Varyings;
-use crate::plane::LanePlane;
+use crate::packet::RAMP;
+use crate::plane::{DepthPlane, LanePlane};
 use crate::setup::Setup;
 use crate::target::Borders;
 use crate::triple::each;
@@ -21,14 +26,14 @@ use crate::triple::each;
 /// The most columns and rows of a tiny triangle.
 pub(crate) const SIDE: i32 = 16;
 
-/// Some of the lanes of a tiny triangle's windows, a bit each, row after row from the lowest bit on: 16 for each row, or 8
-/// where that is enough.
+/// Some of the lanes of a tiny triangle's windows, a bit each, row after row from the lowest bit on, 16 for each row.
 pub(crate) type Lanes = [u64; 4];
 
-/// How many rows of windows, of so many lanes, a word of [`Lanes`] holds.
-pub(crate) const fn rows_per_word(lanes: usize) -> usize {
-    if lanes > 8 { 4 } else { 8 }
-}
+/// A window of up to so many lanes is narrow.
+pub(crate) const NARROW: i32 = 8;
+
+/// How many rows of narrow windows are worked out at a time: how many there are, no predictor can tell.
+const ROWS: usize = 2;
 
 /// Whether a triangle's fragments start from their own edge functions, and not from those at an anchor.
 #[inline(always)]
@@ -114,6 +119,12 @@ impl Tiny {
         self.lanes.min(target.right - self.x) as usize
     }
 
+    /// The pixel in a column and row of the windows.
+    #[inline(always)]
+    pub(crate) fn pixel(&self, (column, row): (i32, i32)) -> (i32, i32) {
+        (self.x.wrapping_add(column), self.y.wrapping_add(row))
+    }
+
     /// The lanes of each row that may be drawn to, a bit each, unless it [is empty](Self::is_empty).
     #[inline(always)]
     pub(crate) fn may_draw(&self) -> u32 {
@@ -169,6 +180,65 @@ impl Tiny {
         ((a - self.least[0]).min(b).min(c), plane.at([a, b]))
     }
 
+    /// [`first_row`](Self::first_row) of windows of eight lanes, where a register holds as many.
+    #[inline(always)]
+    pub(crate) fn first_eight(&self) -> [[f32; 8]; 3] {
+        let mut row = [[0.0; 8]; 3];
+        for (edge, (a, c)) in row.iter_mut().zip(self.a.iter().zip(&self.c)) {
+            for (edge, column) in edge.iter_mut().zip(&RAMP) {
+                *edge = (column + self.dx) * a + c;
+            }
+        }
+        row[2] = row[2].map(|c| c - self.least[2]);
+        row
+    }
+
+    /// The row below.
+    #[inline(always)]
+    pub(crate) fn next_eight(&self, [a, b, c]: [[f32; 8]; 3]) -> [[f32; 8]; 3] {
+        [a.map(|a| a + self.b[0]), b.map(|b| b + self.b[1]), c.map(|c| c + self.b[2])]
+    }
+
+    /// Eight samples of a row: without a minus sign where they are covered and may be drawn to; and their depths.
+    #[inline(always)]
+    pub(crate) fn eight(&self, [a, b, c]: &[[f32; 8]; 3], plane: &DepthPlane) -> ([f32; 8], [f32; 8]) {
+        let (mut inside, mut z) = ([0.0; 8], [0.0; 8]);
+        let (left, last) = (self.left as f32, (self.right - 1) as f32);
+        for i in 0..8 {
+            z[i] = plane.clamp(plane.at_edges(a[i], b[i]));
+        }
+        for i in 0..8 {
+            let drawn = least(RAMP[i] - left, last - RAMP[i]);
+            inside[i] = least(least(a[i] - self.least[0], b[i]), least(c[i], drawn));
+        }
+        (inside, z)
+    }
+
+    /// The covered lanes of all rows of narrow windows, of `N` lanes, unless it [is empty](Self::is_empty). A byte for each row,
+    /// eight rows a word.
+    #[inline(always)]
+    pub(crate) fn covered<const N: usize>(&self) -> [u64; 2] {
+        let (mut found, mut row) = ([0; 2], self.first_row::<N>());
+        for (word, lanes) in found.iter_mut().enumerate() {
+            let rows = (self.rows as usize).saturating_sub(8 * word).min(8);
+            let (mut outside, mut shift) = (0, 0);
+            while shift < 8 * rows {
+                // There may be one too many, whose numbers need not be exact.
+                for _ in 0..ROWS {
+                    for quarter in 0..N / 4 {
+                        let [a, b, c] = self.edges::<N>(row, quarter);
+                        let others = (a - self.least[0]).min(b).min(c).is_negative_bitmask();
+                        outside |= u64::from(others) << (shift + 4 * quarter);
+                    }
+                    (row, shift) = (self.next_row(row), shift + 8);
+                }
+            }
+            let is_row = if rows > 0 { u64::MAX >> (64 - 8 * rows) } else { 0 };
+            *lanes = is_row & (u64::from(self.may_draw()) * 0x0101_0101_0101_0101) & !outside;
+        }
+        found
+    }
+
     /// Those of some lanes of a row that are covered and pass the depth test against `old`, a bit each.
     #[inline(always)]
     pub(crate) fn chosen<D: DepthFormat, const N: usize>(
@@ -191,19 +261,23 @@ impl Tiny {
         lanes & !others
     }
 
-    /// What weights of four samples are made of, and their depths, from their columns and rows in the window.
+    /// The edge functions at some samples, from their columns and rows in the window.
     #[inline(always)]
-    pub(crate) fn parts_of_four<V: Varyings>(
-        &self,
-        (column, row): (Vec4, Vec4),
-        shading: &Shading<'_, V>,
-        plane: &LanePlane,
-    ) -> ([Vec4; 5], Vec4) {
-        let dx = column + self.dx;
-        let edge = |i: usize| dx * self.a[i] + (row * self.b[i] + self.c[i]);
-        let edges = [edge(0), edge(1), edge(2)];
-        (shading.parts_of_four(edges), plane.at([edges[0], edges[1]]))
+    pub(crate) fn edges_at<const N: usize>(&self, columns: [f32; N], rows: [f32; N]) -> [[f32; N]; 3] {
+        let mut edges = [[0.0; N]; 3];
+        for (edge, ((a, b), c)) in edges.iter_mut().zip(self.a.iter().zip(&self.b).zip(&self.c)) {
+            for i in 0..N {
+                edge[i] = (columns[i] + self.dx) * a + (rows[i] * b + c);
+            }
+        }
+        edges
     }
+}
+
+/// The smaller of two numbers, in one instruction.
+#[inline(always)]
+fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 /// A NaN with a minus sign and all bits set: to select between it and a number takes one operation less.
@@ -277,6 +351,15 @@ mod tests {
                     .filter(|&(x, y)| edges.iter().all(|edge| edge.covers(x, y)))
                     .collect();
                 assert_eq!(found, covered, "{setup:?} in {frame:?}");
+                if tiny.lanes <= NARROW && !tiny.is_empty() {
+                    let lanes = if tiny.lanes == 4 { tiny.covered::<4>() } else { tiny.covered::<8>() };
+                    let is_covered = |lane: &usize| lanes[lane / 64] >> (lane % 64) & 1 == 1;
+                    let found: Vec<_> = (0..128)
+                        .filter(is_covered)
+                        .map(|lane| tiny.pixel((lane as i32 % 8, lane as i32 / 8)))
+                        .collect();
+                    assert_eq!(found, covered, "without rows: {setup:?} in {frame:?}");
+                }
             }
         }
     }
