@@ -131,6 +131,8 @@ pub fn srgb8_to_linear(byte: u8) -> f32 {
 /// Like [`pack_rgba8`] for linear channels and a nonlinear pixel: R, G and B by [`linear_to_srgb8`], and A, which has
 /// no light, as it is.
 ///
+/// It reads a table: what that means for a closure says [how fast](crate::how_fast).
+///
 /// ```
 /// assert_eq!(halfplane::pack_srgba8(glam::vec4(1.0, 0.5, 0.0, 0.5)), 0x8000_bcff);
 /// ```

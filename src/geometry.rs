@@ -449,20 +449,22 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             }
             let lane = *self.batch.list.get(self.batch.next)? & (BATCH - 1);
             self.batch.next += 1;
-            let (triangle, verdict) = (self.batch.triangles[lane], self.batch.verdicts[lane]);
+            let (triangle, verdict) = (&self.batch.triangles[lane], self.batch.verdicts[lane]);
             let number = self.batch.primitive.wrapping_add(lane as u32);
             let (setup, vertices) = if verdict & verdict::UNDECIDED == 0 {
                 let place = verdict & verdict::ORDER;
                 let vertices = triangle.in_order(*ORDERS.get(place as usize)?);
                 (Setup::of_corners(self.vertices.corners(vertices), place as u8), vertices)
             } else {
+                let triangle = *triangle;
                 if !self.look_closer(triangle, number, fan) {
                     continue;
                 }
                 let setup = self.aside.setup;
                 (setup, triangle.in_order(setup.order()))
             };
-            let identity = self.facing.identity(triangle, setup.is_counter_clockwise(), number);
+            let identity =
+                self.facing.identity(self.batch.triangles[lane], setup.is_counter_clockwise(), number);
             let covered = self.within(&setup, (verdict >> verdict::COVERED_SHIFT) as u8);
             return Some(Piece { setup, vertices, identity, in_fan: 0, covered });
         }

@@ -2,7 +2,9 @@
 //! a packed root is a shading loop that became SIMD. And some that show that there are no masked stores.
 
 use halfplane::glam::{Vec2, Vec3, Vec4};
-use halfplane::{Fragment, Primitives, Rasterizer, Surface, Varyings, Viewport, floor_to_i32, pack_rgba8};
+use halfplane::{
+    Fragment, Primitives, Rasterizer, Surface, Varyings, Viewport, floor_to_i32, pack_rgba8, pack_srgba8,
+};
 
 /// A user's own varyings.
 #[derive(Clone, Copy)]
@@ -184,4 +186,14 @@ pub fn masked_choice(old: &mut [f32; 8], new: &[f32; 8]) {
         all[i] = if new[i] < old[i] { new[i] } else { all[i] };
     }
     *old = all;
+}
+
+/// Packing to sRGB reads a table. That it is nobody's framebuffer, LLVM knows only where the closure holds a reference, and so
+/// shades into memory of its own; and where a lane at a time is not too slow.
+#[inline(never)]
+pub fn avx2_srgb(scene: &mut Scene<'_, Vec2>, scale: &f32) -> bool {
+    draw(scene, |fragment, _| {
+        let uv = fragment.varyings() * *scale;
+        pack_srgba8(Vec4::new(uv.x, uv.y, length(uv), 1.0))
+    })
 }
