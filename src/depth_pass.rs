@@ -216,6 +216,7 @@ fn test_row<D: DepthFormat, const N: usize>(
 }
 
 /// Tests and writes some of a window's depths. Their samples are covered where `inside` is not negative, and have depths `z`.
+/// Counts in `passed`, lane by lane, as many as there are at a time.
 #[inline(always)]
 fn test_lanes<D: DepthFormat, const N: usize>(
     test: impl DepthTest,

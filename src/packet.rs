@@ -1,6 +1,9 @@
 //! Packets: fragments of one triangle on their way to the closure, as arrays of the numbers that shading starts from.
 
-#![expect(clippy::cast_possible_truncation, reason = "offsets in a packet are under 2⁹")]
+#![expect(
+    clippy::cast_possible_truncation,
+    reason = "offsets in a packet are under 2⁹, and places under 2³²"
+)]
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
@@ -47,8 +50,8 @@ pub(crate) struct Aligned<T>(pub(crate) T);
 /// Pixels in a window of a row.
 pub(crate) const WINDOW: usize = 8;
 
-/// What all fragments of a triangle are made of. (What is in memory does not hold this: nothing that is referred to from there
-/// can stay in registers.)
+/// What all fragments of a triangle are made of. (Nothing that lives in memory should hold this: what is referred to from there
+/// cannot stay in registers.)
 #[derive(Clone, Copy)]
 pub(crate) struct Triangle<'a, V> {
     pub(crate) shading: &'a Shading<'a, V>,
@@ -64,7 +67,7 @@ const GROUP: usize = if cfg!(target_feature = "avx") { 8 } else { 4 };
 pub(crate) const PLACES: usize = (SIDE * SIDE) as usize;
 
 /// Where the samples of a tiny triangle's windows stand in a block of pixels, lane by lane; and a place for no lane, that of
-/// the first. Worked out for each fragment, that would be a multiplication and more; blocks of a framebuffer have all the same
+/// the word's first. Worked out for each fragment, that would be a multiplication and more; blocks of a framebuffer have all the same
 /// stride.
 #[derive(Debug)]
 pub(crate) struct Places {
@@ -81,7 +84,7 @@ pub(crate) const ROW: usize = SIDE as usize;
 /// Column and row of a place where the framebuffer lends no block: 16 a row.
 #[inline(always)]
 pub(crate) fn place_of(place: u32) -> (i32, i32) {
-    (place as i32 % SIDE, place as i32 / SIDE)
+    ((place & 15) as i32, (place >> 4) as i32)
 }
 
 impl Places {
@@ -166,13 +169,13 @@ impl<C, D> Packet<'_, C, D> {
         (mut lanes, first): (u64, usize),
         tiny: &Tiny,
         Triangle { shading, plane }: Triangle<'_, V>,
-        places: &Places,
+        table: &Places,
         (test, mut read): (impl DepthTest, impl FnMut(u32) -> Option<D>),
     ) -> usize
     where
         D: DepthFormat,
     {
-        let (Some(place_of), offsets_of) = (places.of::<N>(first), const { &offsets(N) }) else {
+        let (Some(places_of), offsets_of) = (table.of::<N>(first), const { &offsets(N) }) else {
             return filled;
         };
         let mut left = lanes.count_ones() as usize;
@@ -187,7 +190,7 @@ impl<C, D> Packet<'_, C, D> {
                     lanes &= lanes.wrapping_sub(1);
                     *offset = offsets_of[lane];
                     let i = four + i;
-                    places[i] = place_of[lane];
+                    places[i] = places_of[lane];
                     pixels[i] = tiny.pixel(((lane % N) as i32, (first + lane / N) as i32));
                     if TESTS {
                         let Some(depth) = read(places[i]) else { return filled };
@@ -195,8 +198,8 @@ impl<C, D> Packet<'_, C, D> {
                     }
                 }
                 let [a, b, c, d] = offsets;
-                let offsets = Mat4::from_cols(a, b, c, d).transpose();
-                let (x, y) = (offsets.x_axis.to_array(), (offsets.y_axis + first as f32).to_array());
+                let transposed = Mat4::from_cols(a, b, c, d).transpose();
+                let (x, y) = (transposed.x_axis.to_array(), (transposed.y_axis + first as f32).to_array());
                 for i in 0..4 {
                     (columns[four + i], rows[four + i]) = (x[i], y[i]);
                 }

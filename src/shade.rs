@@ -46,7 +46,7 @@ pub(crate) struct Shader<'a, F, T, S, const BLENDS: bool> {
     /// Whether all fragments of the last stretch passed: most likely those of the next will.
     pub(crate) expects_all: bool,
     pub(crate) coarse: Coarse,
-    /// Those of the framebuffer's blocks.
+    /// Where samples stand, for the stride last used.
     pub(crate) places: &'a mut Places,
 }
 
@@ -464,12 +464,12 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> (usize, Option<Dimensions>) {
         let (width, height) = (tiny.width(self.target_area), tiny.rows as usize);
-        let is_narrow = tiny.lanes <= tiny::NARROW;
-        let block = if is_narrow { lend(self.target, (tiny.x, tiny.y), (width, height)) } else { None };
+        let is_narrow = tiny.lanes <= tiny::NARROW_WINDOW;
+        let lent = if is_narrow { lend(self.target, (tiny.x, tiny.y), (width, height)) } else { None };
         let mut filled = 0;
         let dimensions;
-        if let Some(Block { color, depth, stride }) = block {
-            // How many fragments there are is known without a look at the memory: a loop's end that is guessed wrong has not to
+        if let Some(Block { color, depth, stride }) = lent {
+            // How many samples are covered is known without a look at the memory: a loop's end that is guessed wrong has not to
             // wait for it.
             dimensions = Some(Dimensions { width, height, stride });
             let (color, depth) = (&*color, &*depth);
@@ -494,13 +494,14 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
         } else {
             // Rows are so long, or so slow to get, that they are tested as a whole.
-            let plane = &triangle.plane.in_lanes();
-            let (passing, block) = if tiny.lanes > 12 {
-                self.test_tiny::<16>(tiny, plane)
-            } else {
-                self.test_tiny::<12>(tiny, plane)
+            let (test, plane) = (self.test, &triangle.plane.in_lanes());
+            let passing;
+            (passing, dimensions) = match tiny.lanes {
+                ..=4 => (test_by_runs::<_, 4>(self.target, test, *tiny, width, *plane), None),
+                5..=8 => (test_by_runs::<_, 8>(self.target, test, *tiny, width, *plane), None),
+                9..=12 => self.test_tiny::<12>(tiny, plane),
+                _ => self.test_tiny::<16>(tiny, plane),
             };
-            dimensions = block;
             let places = self.places.with_stride(dimensions.map_or(ROW, |block| block.stride));
             for (word, lanes) in passing.into_iter().enumerate() {
                 let read = |_| None;
@@ -520,8 +521,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         (filled, dimensions)
     }
 
-    /// The lanes of a tiny triangle's windows, of `N` lanes, that are covered and pass the depth test, and the block that they are
-    /// in.
+    /// The lanes of a tiny triangle's wide windows, of `N` lanes, that are covered and pass the depth test, and the block that
+    /// they are in.
     #[inline(always)]
     fn test_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &LanePlane) -> (Lanes, Option<Dimensions>) {
         let (mut found, mut row, mut number, mut at) = ([0; 4], tiny.first_row::<N>(), 0, 0usize);
@@ -804,7 +805,7 @@ fn lend<F: Framebuffer>(
     let Block { color, depth, stride } = target.block(x, y, width, height)?;
     let len = color.len().min(depth.len());
     let needed = (height - 1).wrapping_mul(stride).wrapping_add(width);
-    if needed > len || stride > 1 << 27 {
+    if needed > len || stride > u32::MAX as usize / 32 {
         return None;
     }
     Some(Block { color: color.get_mut(..len)?, depth: depth.get_mut(..len)?, stride })

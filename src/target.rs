@@ -288,9 +288,9 @@ pub trait Framebuffer {
     /// `x .. x + width` of rows `y .. y + height`, the same memory as [`run`](Self::run)'s. `None`, for all of them, if rows do
     /// not follow each other in memory, or if those of colours and depths do so at different distances.
     ///
-    /// Draws then ask for runs. With blocks, they ask once for all of a small triangle, and again to write it; such a block
-    /// is up to 16 × 16 pixels and may reach beyond the triangle and the scissor. Of a fine mesh, that is worth some 7 % of the
-    /// time (see [how fast](crate::how_fast)).
+    /// Draws then ask for runs. With blocks, they ask once for all of a small triangle, again to write it, and again for what is
+    /// blended or discarded; such a block is up to 16 × 16 pixels and may reach beyond the triangle and the scissor. Of a fine
+    /// mesh, that is worth a fourth of the instructions (see [how fast](crate::how_fast)).
     #[inline(always)]
     fn block(
         &mut self,

@@ -6,10 +6,10 @@
 //! to a packet, in which the fragments of all rows stand one after the other:
 //!
 //! * of narrow windows, of up to eight samples, those that are [covered](Tiny::covered) are found first, of all rows. Depth is
-//!   worked out and tested where they are put into the packet. So no number of fragments, and no loop's end, waits for depths
-//!   to come from far away; and
-//! * of wide ones, coverage and depth of a row are worked out from its own edge functions and tested [at
-//!   once](Tiny::chosen): what is hidden is done with.
+//!   worked out and tested where they are put into the packet. So no loop over rows or samples waits for depths to come from far
+//!   away before it knows its end; and
+//! * of wide ones, and where the framebuffer lends no block, coverage and depth of a row are worked out from its own edge
+//!   functions and tested [at once](Tiny::chosen): what is hidden is done with.
 //!
 //! Rows are computed in glam's `Vec4`, which is SIMD on every target that has it: out of plain arrays of lanes, compilers
 //! made something else for odd lanes. Only depth passes compiled for AVX have [eight](Tiny::eight) lanes.
@@ -26,14 +26,19 @@ use crate::triple::each;
 /// The most columns and rows of a tiny triangle.
 pub(crate) const SIDE: i32 = 16;
 
-/// Some of the lanes of a tiny triangle's windows, a bit each, row after row from the lowest bit on, 16 for each row.
+/// Some of the lanes of a tiny triangle's windows of any width, a bit each, row after row from the lowest bit on, 16 for each row.
 pub(crate) type Lanes = [u64; 4];
 
 /// A window of up to so many lanes is narrow.
-pub(crate) const NARROW: i32 = 8;
+pub(crate) const NARROW_WINDOW: i32 = 8;
 
-/// How many rows of narrow windows are worked out at a time: how many there are, no predictor can tell.
+/// How many rows of narrow windows are worked out before it is asked whether there are more, which no predictor can tell. It
+/// divides the eight rows of a word.
 const ROWS: usize = 2;
+const _: () = assert!(8 % ROWS == 0, "words begin where these rows do");
+
+/// Some of the lanes of narrow windows: a byte for each row, eight rows a word.
+pub(crate) type NarrowLanes = [u64; 2];
 
 /// Whether a triangle's fragments start from their own edge functions, and not from those at an anchor.
 #[inline(always)]
@@ -214,10 +219,9 @@ impl Tiny {
         (inside, z)
     }
 
-    /// The covered lanes of all rows of narrow windows, of `N` lanes, unless it [is empty](Self::is_empty). A byte for each row,
-    /// eight rows a word.
+    /// The covered lanes of all rows of narrow windows, of `N` lanes, unless it [is empty](Self::is_empty).
     #[inline(always)]
-    pub(crate) fn covered<const N: usize>(&self) -> [u64; 2] {
+    pub(crate) fn covered<const N: usize>(&self) -> NarrowLanes {
         let (mut found, mut row) = ([0; 2], self.first_row::<N>());
         for (word, lanes) in found.iter_mut().enumerate() {
             let rows = (self.rows as usize).saturating_sub(8 * word).min(8);
@@ -351,7 +355,7 @@ mod tests {
                     .filter(|&(x, y)| edges.iter().all(|edge| edge.covers(x, y)))
                     .collect();
                 assert_eq!(found, covered, "{setup:?} in {frame:?}");
-                if tiny.lanes <= NARROW && !tiny.is_empty() {
+                if tiny.lanes <= NARROW_WINDOW && !tiny.is_empty() {
                     let lanes = if tiny.lanes == 4 { tiny.covered::<4>() } else { tiny.covered::<8>() };
                     let is_covered = |lane: &usize| lanes[lane / 64] >> (lane % 64) & 1 == 1;
                     let found: Vec<_> = (0..128)
