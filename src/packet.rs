@@ -67,8 +67,8 @@ const GROUP: usize = if cfg!(target_feature = "avx") { 8 } else { 4 };
 pub(crate) const PLACES: usize = (SIDE * SIDE) as usize;
 
 /// Where the samples of a tiny triangle's windows stand in a block of pixels, lane by lane; and a place for no lane, that of
-/// the word's first. Worked out for each fragment, that would be a multiplication and more; blocks of a framebuffer have all the same
-/// stride.
+/// the word's first. Worked out for each fragment, that would be a multiplication and more; all blocks of a framebuffer have
+/// the same stride.
 #[derive(Debug)]
 pub(crate) struct Places {
     stride: usize,
@@ -420,5 +420,33 @@ pub(crate) fn store<T: Copy, const N: usize>(to: &mut [T; N], pixels: [T; N]) {
 fn put_array<T: Copy, const N: usize>(to: &mut [T], at: usize, items: [T; N]) {
     if let Some(to) = to.get_mut(at..).and_then(<[_]>::first_chunk_mut) {
         *to = items;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_columns_and_rows_of_the_stride_last_used() {
+        let mut places = Places::new();
+        for stride in [0, 16, 1920, 16, 1 << 27] {
+            let places = places.with_stride(stride);
+            let is_place = |place: u32, column: usize, row: usize| place as usize == column + row * stride;
+            for lane in 0..64 {
+                for first in [0, 8] {
+                    let place = places.of::<8>(first).expect("a word")[lane];
+                    assert!(is_place(place, lane % 8, first + lane / 8), "{stride} {first} {lane}: {place}");
+                }
+                for first in [0, 4, 8, 12] {
+                    let place = places.of::<16>(first).expect("a word")[lane];
+                    assert!(
+                        is_place(place, lane % 16, first + lane / 16),
+                        "{stride} {first} {lane}: {place}"
+                    );
+                }
+            }
+            assert_eq!(places.wide.map(|word| word[64]), places.wide.map(|word| word[0]), "no lane");
+        }
     }
 }

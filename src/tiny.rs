@@ -363,6 +363,15 @@ mod tests {
                         .map(|lane| tiny.pixel((lane as i32 % 8, lane as i32 / 8)))
                         .collect();
                     assert_eq!(found, covered, "without rows: {setup:?} in {frame:?}");
+                    let depth = DepthPlane::new::<f32>(&setup, None, (0.0, 1.0));
+                    let (mut row, mut found) = (tiny.first_eight(), Vec::new());
+                    for y in 0..tiny.rows {
+                        let (inside, _) = tiny.eight(&row, &depth);
+                        let lanes = inside.iter().zip(0..).filter(|(inside, _)| **inside >= 0.0);
+                        found.extend(lanes.map(|(_, x)| tiny.pixel((x, y))));
+                        row = tiny.next_eight(row);
+                    }
+                    assert_eq!(found, covered, "eight at a time: {setup:?} in {frame:?}");
                 }
             }
         }
