@@ -449,6 +449,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             }
             let lane = *self.batch.list.get(self.batch.next)? & (BATCH - 1);
             self.batch.next += 1;
+            // Looked up where it stands: a copy would be stored only to be loaded by its order (W5 48.3 → 50.9 M instructions).
             let (triangle, verdict) = (&self.batch.triangles[lane], self.batch.verdicts[lane]);
             let number = self.batch.primitive.wrapping_add(lane as u32);
             let (setup, vertices) = if verdict & verdict::UNDECIDED == 0 {

@@ -26,7 +26,8 @@ use crate::triple::each;
 /// The most columns and rows of a tiny triangle.
 pub(crate) const SIDE: i32 = 16;
 
-/// Some of the lanes of a tiny triangle's windows of any width, a bit each, row after row from the lowest bit on, 16 for each row.
+/// Some of the lanes of a tiny triangle's windows of any width, a bit each, row after row from the lowest bit on, 16 for each
+/// row.
 pub(crate) type Lanes = [u64; 4];
 
 /// A window of up to so many lanes is narrow.
