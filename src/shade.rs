@@ -367,8 +367,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 // to where it is called. There they would be masked, one lane read and the next not, which is slow.
                 depths[i] = depth;
             }
-            let is_fragment = !Self::IS_PADDED || RAMP[i] < count;
-            let shaded = if is_fragment { shade(fragment, old_color).into() } else { Some(filler) };
+            let is_padding = Self::IS_PADDED && count <= RAMP[i];
+            let shaded = if is_padding { Some(filler) } else { shade(fragment, old_color).into() };
             let is_kept = shaded.is_some();
             colors[i] = shaded.unwrap_or(old_color);
             if !Self::IS_PADDED {

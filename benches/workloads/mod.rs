@@ -349,24 +349,31 @@ const ROUND: f32 = 8_388_608.0;
 /// 1.5 · 2²³: the same for |x| < 2²², in the lowest 22 bits (two's complement).
 const ROUND_SIGNED: f32 = 12_582_912.0;
 
-/// ⌊x⌋ modulo 2²², for |x| < 2²².
-#[inline(always)]
-fn floor_bits(x: f32) -> u32 {
-    ((x - 0.5) + ROUND_SIGNED).to_bits()
-}
-
-/// Whether `uv` lies in a light cell of a board with 8×8 cells in the unit square.
+/// Whether `uv` lies in a light cell of a board with 8×8 cells in the unit square, for |uv| < 32.
+///
+/// Cells in fixed point, with 14 bits of fraction: bit 14 tells odd ones from even ones, and nothing is rounded down.
 #[inline(always)]
 fn is_light(uv: Vec2) -> bool {
-    (floor_bits(uv.x * 8.0) ^ floor_bits(uv.y * 8.0)) & 1 == 0
+    const FRACTION: u32 = 14;
+    let cells = |x: f32| (x * (8 << FRACTION) as f32 + ROUND_SIGNED).to_bits();
+    (cells(uv.x) ^ cells(uv.y)) & 1 << FRACTION == 0
 }
 
 /// RGBA8 with red in the lowest byte, from channels that are clamped to \[0, 1\].
 #[inline(always)]
 #[must_use]
 pub fn pack(color: Vec4) -> u32 {
-    let byte = |x: f32| (x.clamp(0.0, 1.0) * 255.0 + ROUND).to_bits() & 0xFF;
-    byte(color.x) | byte(color.y) << 8 | byte(color.z) << 16 | byte(color.w) << 24
+    bytes(color.to_array().map(|channel| channel.clamp(0.0, 1.0) * 255.0))
+}
+
+/// Four numbers in \[0, 255\], rounded, the first one in the lowest byte.
+///
+/// The high bytes of `x + ROUND` are those of `ROUND`. Shifted, they are gone; left are those of the first number.
+#[inline(always)]
+fn bytes([a, b, c, d]: [f32; 4]) -> u32 {
+    let bits = |x: f32| (x + ROUND).to_bits();
+    let sum = (bits(b) << 8).wrapping_add(bits(c) << 16).wrapping_add(bits(d) << 24);
+    bits(a).wrapping_sub(ROUND.to_bits()).wrapping_add(sum)
 }
 
 /// A board of 8×8 cells in the unit square.
@@ -376,21 +383,22 @@ pub fn checker(uv: Vec2) -> u32 {
     if is_light(uv) { 0xFFB8_DCF0 } else { 0xFF7A_4A28 }
 }
 
-/// Ambient and diffuse light at a surface with this normal: 0.25 to 1.
+/// Ambient and diffuse light at a surface with this normal: 0.25 to 1, and perhaps a rounding error.
 #[inline(always)]
 fn lambert(normal: Vec3) -> f32 {
     let cosine = normal.dot(LIGHT) / normal.dot(normal).sqrt();
-    0.25 + 0.75 * cosine.clamp(0.0, 1.0)
+    0.25 + 0.75 * if cosine > 0.0 { cosine } else { 0.0 }
 }
 
 /// [`checker`] under [`LIGHT`].
 #[inline(always)]
 #[must_use]
 pub fn lit_checker(varyings: Lit) -> u32 {
+    const LIGHT_CELL: [f32; 3] = [0.94 * 255.0, 0.86 * 255.0, 0.72 * 255.0];
+    const DARK_CELL: [f32; 3] = [0.16 * 255.0, 0.29 * 255.0, 0.48 * 255.0];
     let light = lambert(varyings.normal);
-    let albedo =
-        if is_light(varyings.uv) { Vec3::new(0.94, 0.86, 0.72) } else { Vec3::new(0.16, 0.29, 0.48) };
-    pack((albedo * light).extend(1.0))
+    let [red, green, blue] = if is_light(varyings.uv) { LIGHT_CELL } else { DARK_CELL };
+    bytes([red * light, green * light, blue * light, 255.0])
 }
 
 /// A mip-mapped texel under [`LIGHT`]; `dx` and `dy` are the texture coordinates' derivatives along the
