@@ -10,6 +10,7 @@ use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::minute::Minute;
 use crate::packet::{WINDOW, copy, store};
 use crate::plane::{DepthPlane, LanePlane, RowPlane};
+use crate::project::ProjectedVertex;
 use crate::setup::Setup;
 use crate::target::{Block, Borders, Framebuffer};
 use crate::tiny::{Row, Tiny, is_tiny};
@@ -38,15 +39,16 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
     #[inline(always)]
     pub(crate) fn draw(&mut self, (setup, covered): (&Setup, u8), plane: &DepthPlane) -> u64 {
         if covered != 0 {
-            return self.draw_minute(*setup, covered, *plane);
+            return self.draw_minute(setup.corners(), covered, *plane);
         }
         if is_tiny(setup) {
             let tiny = Tiny::new(setup, self.target_area, self.render_area);
+            let is_cut = tiny.is_cut(setup.borders());
             return match tiny.lanes {
-                4 => self.draw_tiny::<4>(&tiny, plane),
-                8 => self.draw_tiny::<8>(&tiny, plane),
-                12 => self.draw_tiny::<12>(&tiny, plane),
-                _ => self.draw_tiny::<16>(&tiny, plane),
+                4 => self.draw_tiny::<4>(&tiny, is_cut, plane),
+                8 => self.draw_tiny::<8>(&tiny, is_cut, plane),
+                12 => self.draw_tiny::<12>(&tiny, is_cut, plane),
+                _ => self.draw_tiny::<16>(&tiny, is_cut, plane),
             };
         }
         let (area, bounds, solver) = (self.render_area, setup.borders(), Solver::new(setup));
@@ -113,8 +115,9 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
     ///
     /// A call, and by value: inlined, it would take registers from the loops over larger ones' rows.
     #[inline(never)]
-    fn draw_minute(&mut self, setup: Setup, covered: u8, plane: DepthPlane) -> u64 {
-        let mut passed = 0;
+    fn draw_minute(&mut self, corners: [ProjectedVertex; 3], covered: u8, plane: DepthPlane) -> u64 {
+        // All else of the setup nobody asks for: so the loop over triangles does not make it.
+        let (mut passed, setup) = (0, Setup::of_corners(corners, 0));
         for sample in Minute::new(&setup, covered) {
             let z = plane.at_sample(sample.edges);
             let Some(depth) = self.target.run(sample.x, sample.y, 1).depth.first_mut() else { continue };
@@ -130,14 +133,14 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
 
     /// Draws a tiny triangle. Gives how many fragments passed.
     #[inline(always)]
-    fn draw_tiny<const N: usize>(&mut self, tiny: &Tiny, plane: &DepthPlane) -> u64 {
+    fn draw_tiny<const N: usize>(&mut self, tiny: &Tiny, is_cut: bool, plane: &DepthPlane) -> u64 {
         if tiny.is_empty() {
             return 0;
         }
         let (width, height) = (tiny.width(self.target_area), tiny.rows as usize);
         let (depth, stride) = match self.target.block(tiny.x, tiny.y, width, height) {
             Some(Block { depth, stride, .. })
-                if depth.len() >= (height - 1).wrapping_mul(stride).wrapping_add(N) =>
+                if !is_cut && depth.len() >= (height - 1).wrapping_mul(stride).wrapping_add(N) =>
             {
                 (depth, stride)
             }
@@ -162,7 +165,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
                 else {
                     break;
                 };
-                test_row::<_, N>(self.test, window, (tiny, row), &plane, N, &mut passed);
+                test_row::<_, N, false>(self.test, window, (tiny, row), &plane, N, &mut passed);
                 (row, at) = (tiny.next_row(row), at.wrapping_add(stride));
             }
         }
@@ -184,12 +187,12 @@ fn draw_by_runs<F: Framebuffer, const N: usize>(
     for y in tiny.y..tiny.y + tiny.rows {
         let depths = target.run(tiny.x, y, width).depth;
         if let Some(window) = depths.first_chunk_mut() {
-            test_row::<_, N>(test, window, (&tiny, row), &plane, N, &mut passed);
+            test_row::<_, N, true>(test, window, (&tiny, row), &plane, N, &mut passed);
         } else {
             // Less than a window, of a narrow framebuffer or a miserly one, is drawn to through one of our own.
             let mut window = [F::Depth::from_depth(0.0); N];
             let lent = copy(&mut window, depths);
-            test_row(test, &mut window, (&tiny, row), &plane, lent, &mut passed);
+            test_row::<_, N, true>(test, &mut window, (&tiny, row), &plane, lent, &mut passed);
             copy(depths, &window);
         }
         row = tiny.next_row(row);
@@ -199,7 +202,7 @@ fn draw_by_runs<F: Framebuffer, const N: usize>(
 
 /// Tests and writes the depths of a tiny triangle's row, `lent` of which are there.
 #[inline(always)]
-fn test_row<D: DepthFormat, const N: usize>(
+fn test_row<D: DepthFormat, const N: usize, const IS_CUT: bool>(
     test: impl DepthTest,
     depths: &mut [D; N],
     (tiny, row): (&Tiny, Row),
@@ -210,8 +213,14 @@ fn test_row<D: DepthFormat, const N: usize>(
     for quarter in 0..N / 4 {
         let Some(depths) = depths.get_mut(4 * quarter..).and_then(<[_]>::first_chunk_mut) else { return };
         let (inside, z) = tiny.quarter::<N>(row, quarter, plane);
-        let inside = inside.min(tiny.may_draw_quarter(quarter)).to_array();
-        test_lanes::<_, 4>(test, depths, (inside, z.to_array()), lent.saturating_sub(4 * quarter), passed);
+        let inside = if IS_CUT { inside.min(tiny.may_draw_quarter(quarter)) } else { inside };
+        test_lanes::<_, 4>(
+            test,
+            depths,
+            (inside.to_array(), z.to_array()),
+            lent.saturating_sub(4 * quarter),
+            passed,
+        );
     }
 }
 

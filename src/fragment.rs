@@ -3,6 +3,7 @@
 //! Everything that a shader may ask is a formula of the edge functions at the sample. A fragment only carries what these
 //! formulas start from; what is not asked for costs nothing.
 
+use crate::edge::EdgeFunction;
 use crate::interpolate::{Varyings, Weights};
 use crate::setup::Setup;
 use crate::traverse::HAS_FLOAT_LANES;
@@ -14,9 +15,8 @@ pub(crate) struct Shading<'a, V> {
     /// At the corners, in canonical order.
     varyings: &'a [V; 3],
     inv_w: [f32; 3],
-    /// Change of each edge function by a pixel right and down.
-    step_x: [f32; 3],
-    step_y: [f32; 3],
+    /// Where the corners are.
+    corners: [[i32; 2]; 3],
     inv_area2: f32,
     /// Which corner is the provoking one.
     provoking: u8,
@@ -122,7 +122,6 @@ impl<'a, V: Varyings> Shading<'a, V> {
         pedigree: Option<&'a Pedigree>,
     ) -> Self {
         let order = setup.order();
-        let slopes = each(setup.edges(), |edge| edge.slope());
         let provoking = match order {
             [p, _, _] if p == identity.provoking => 0,
             [_, p, _] if p == identity.provoking => 1,
@@ -131,8 +130,7 @@ impl<'a, V: Varyings> Shading<'a, V> {
         Self {
             varyings,
             inv_w: each(setup.corners(), |corner| corner.inv_w()),
-            step_x: each(slopes, |[a, _]| a as f32 * 256.0),
-            step_y: each(slopes, |[_, b]| b as f32 * 256.0),
+            corners: each(setup.corners(), |corner| [corner.x(), corner.y()]),
             inv_area2: 1.0 / to_f32(setup.area2()),
             provoking,
             order,
@@ -204,7 +202,15 @@ impl<'a, V: Varyings> Shading<'a, V> {
     /// The change of [`parts`](Self::parts) by a pixel to the right.
     #[inline(always)]
     pub(crate) fn step_x(&self) -> WeightParts {
-        self.parts(self.step_x)
+        self.parts(self.step(0))
+    }
+
+    /// Change of each edge function by a pixel right, or down. (Where nobody asks for it, it is not worked out.)
+    #[inline(always)]
+    fn step(&self, axis: usize) -> [f32; 3] {
+        let [a, b, c] = self.corners;
+        let edges = [EdgeFunction::new(b, c), EdgeFunction::new(c, a), EdgeFunction::new(a, b)];
+        each(edges, |edge| edge.slope()[axis] as f32 * 256.0)
     }
 }
 
@@ -334,14 +340,14 @@ impl<V: Varyings> Fragment<'_, V> {
     #[inline(always)]
     #[must_use]
     pub fn varyings_dx(&self) -> V {
-        self.derivative(self.triangle.step_x)
+        self.derivative(self.triangle.step(0))
     }
 
     /// The value's change downwards, a pixel: ∂/∂y. See [`varyings_dx`](Self::varyings_dx).
     #[inline(always)]
     #[must_use]
     pub fn varyings_dy(&self) -> V {
-        self.derivative(self.triangle.step_y)
+        self.derivative(self.triangle.step(1))
     }
 
     #[inline(always)]

@@ -40,7 +40,7 @@ impl Facing {
     pub(crate) fn identity(self, triangle: Triangle, is_counter_clockwise: bool, primitive: u32) -> Identity {
         let provoking = match self.provoking_vertex {
             ProvokingVertex::First => 0,
-            ProvokingVertex::Last => triangle.last_provoking,
+            ProvokingVertex::Last => triangle.last_provoking(),
         };
         Identity { provoking, is_front_facing: self.is_front(is_counter_clockwise), primitive }
     }
@@ -131,7 +131,7 @@ struct Batch {
 
 impl Batch {
     const EMPTY: Self = Self {
-        triangles: [Triangle { vertices: [0; 3], last_provoking: 0 }; BATCH],
+        triangles: [Triangle::new([0; 3], 0); BATCH],
         corners: [[[0; 2]; BATCH]; 3],
         x: [[0.0; BATCH]; 3],
         y: [[0.0; BATCH]; 3],
@@ -255,7 +255,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             let projected = vertices.positions.projected();
             triangles.for_next(slots, |(slot, ((a, b), c)), triangle| {
                 *slot = triangle;
-                let [i, j, k] = triangle.vertices;
+                let [i, j, k] = triangle.vertices();
                 // Indices were checked before. Of one that is out of range all the same, as it was looked up again, the
                 // triangle is one point. Three points: so the exits differ, and LLVM leaves them as branches that are never
                 // taken, instead of choosing between each vertex and none.
@@ -268,7 +268,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         } else {
             triangles.for_next(slots, |(slot, ((a, b), c)), triangle| {
                 *slot = triangle;
-                [*a, *b, *c] = each(vertices.corners(triangle.vertices), ProjectedVertex::xy);
+                [*a, *b, *c] = each(vertices.corners(triangle.vertices()), ProjectedVertex::xy);
             })
         };
         if count < BATCH && HAS_FLOAT_LANES {
@@ -507,7 +507,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[cold]
     #[inline(never)]
     fn look_closer(&mut self, triangle: Triangle, number: u32, fan: &mut Option<Fan>) -> bool {
-        let corners @ [a, b, c] = self.vertices.corners(triangle.vertices);
+        let corners @ [a, b, c] = self.vertices.corners(triangle.vertices());
         if a.is_outside() | b.is_outside() | c.is_outside() {
             *fan = self.clip(triangle, corners, number);
             return false;
@@ -530,7 +530,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     fn clip(&mut self, triangle: Triangle, corners: [ProjectedVertex; 3], primitive: u32) -> Option<Fan> {
         let outcodes = each(corners, ProjectedVertex::outcode);
         let union = outcodes[0] | outcodes[1] | outcodes[2];
-        let positions = each(triangle.vertices, |index| self.vertices.positions.clip(index));
+        let positions = each(triangle.vertices(), |index| self.vertices.positions.clip(index));
         let [Some(a), Some(b), Some(c)] = positions else { return None };
         if is_invalid(union) {
             self.statistics.invalid += 1;
@@ -541,7 +541,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             return None;
         }
         let positions = each([a, b, c], |position| self.vertices.projector.to_clip(position));
-        let mut fan = Fan::new(triangle.vertices, positions, union, &self.vertices.projector);
+        let mut fan = Fan::new(triangle.vertices(), positions, union, &self.vertices.projector);
         if fan.is_empty() {
             self.statistics.outside += 1;
             return None;

@@ -82,7 +82,7 @@ impl<P: Positions, A> Vertices<P, A> {
             return Fate::Outside;
         }
         let mut room: Room = [Corner { position: [1.0; 4], weights: [0.0; 3] }; 10];
-        for (i, &index) in triangle.vertices.iter().enumerate() {
+        for (i, &index) in triangle.vertices().iter().enumerate() {
             let (Some(corner), Some(position)) = (room.get_mut(i), self.positions.clip(index)) else {
                 return Fate::Invalid;
             };
@@ -200,7 +200,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
             history: History::WHOLE,
         };
         for triangle in triangles {
-            vertices.fetch(triangle.vertices, &mut part.corners);
+            vertices.fetch(triangle.vertices(), &mut part.corners);
             let [a, b, c] = part.corners;
             part.area2 = signed_area2(a, b, c);
             part.identity = vertices.facing.identity(triangle, part.area2 < 0, number);
@@ -212,7 +212,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
                 let outcodes = Outcodes { any: p | q | r, all: p & q & r };
                 let fate = loop {
                     match vertices.next_piece(&triangle, outcodes, &mut part) {
-                        Fate::Drawn => self.draw_part(&part, triangle.vertices, &vertices.varyings),
+                        Fate::Drawn => self.draw_part(&part, triangle.vertices(), &vertices.varyings),
                         fate => break fate,
                     }
                 };
@@ -228,7 +228,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
             } else if vertices.facing.culls(part.area2) {
                 culled += 1;
             } else {
-                self.draw_part(&part, triangle.vertices, &vertices.varyings);
+                self.draw_part(&part, triangle.vertices(), &vertices.varyings);
             }
         }
         Statistics {

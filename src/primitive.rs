@@ -325,18 +325,36 @@ impl<'a, I: Index> Primitives<'a, I> {
 /// One triangle's vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Triangle {
-    /// Vertex numbers in winding order. The first is the first provoking vertex.
-    pub(crate) vertices: [usize; 3],
-    /// Which of the three is the last provoking vertex.
-    pub(crate) last_provoking: u8,
+    /// Vertex numbers in winding order, the first of which is the first provoking vertex; and which of the three is the last
+    /// provoking vertex. (Four numbers: so an index of two bits needs no check.)
+    numbers: [usize; 4],
 }
 
 impl Triangle {
+    #[inline(always)]
+    pub(crate) const fn new([a, b, c]: [usize; 3], last_provoking: u8) -> Self {
+        Self { numbers: [a, b, c, last_provoking as usize] }
+    }
+
+    /// Vertex numbers in winding order. The first is the first provoking vertex.
+    #[inline(always)]
+    pub(crate) fn vertices(&self) -> [usize; 3] {
+        let [a, b, c, _] = self.numbers;
+        [a, b, c]
+    }
+
+    /// Which of the three is the last provoking vertex.
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, reason = "1 or 2")]
+    pub(crate) fn last_provoking(&self) -> u8 {
+        self.numbers[3] as u8
+    }
+
     /// Its vertices, `order[i]` for each i.
     #[inline(always)]
     pub(crate) fn in_order(&self, order: [u8; 3]) -> [usize; 3] {
         // From memory, not by branches: no predictor knows the order.
-        each(order, |i| self.vertices[usize::from(i).min(2)])
+        each(order, |i| self.numbers[usize::from(i & 3)])
     }
 }
 
@@ -412,7 +430,7 @@ impl<I: Index> Triangles<'_, I> {
             for (slot, indices) in slots.zip(indices.chunks_exact(3)) {
                 if let &[a, b, c] = indices {
                     let vertices = [a.to_usize(), b.to_usize(), c.to_usize()];
-                    take(slot, Triangle { vertices, last_provoking: 2 });
+                    take(slot, Triangle::new(vertices, 2));
                 }
             }
             return count;
@@ -446,7 +464,7 @@ impl<I: Index> Iterator for Triangles<'_, I> {
                     _ => return None,
                 },
             };
-            return Some(Triangle { vertices, last_provoking: 2 });
+            return Some(Triangle::new(vertices, 2));
         }
         if self.left == 0 {
             return None;
@@ -474,7 +492,7 @@ impl<I: Index> Iterator for Triangles<'_, I> {
                     };
                     self.held = held;
                     self.left = self.left.saturating_sub(1);
-                    return Some(Triangle { vertices, last_provoking });
+                    return Some(Triangle::new(vertices, last_provoking));
                 }
             }
         }
@@ -494,7 +512,7 @@ mod tests {
     ) -> Vec<([usize; 3], usize, usize)> {
         primitives
             .triangles(vertices)
-            .map(|t| (t.vertices, t.vertices[0], t.vertices[usize::from(t.last_provoking)]))
+            .map(|t| (t.vertices(), t.vertices()[0], t.vertices()[usize::from(t.last_provoking())]))
             .collect()
     }
 

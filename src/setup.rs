@@ -184,9 +184,10 @@ impl Setup {
     /// The larger of its width and height, in subpixels.
     #[inline(always)]
     pub(crate) fn extent(&self) -> u32 {
-        let [a, b, c] = self.corners;
-        let extent = |a: i32, b: i32, c: i32| a.max(b).max(c).abs_diff(a.min(b).min(c));
-        extent(a.x(), b.x(), c.x()).max(extent(a.y(), b.y(), c.y()))
+        let [a, b, c] = each(self.corners, |v| [v.x(), v.y()]);
+        let width = a[0].max(b[0]).max(c[0]).abs_diff(a[0].min(b[0]).min(c[0]));
+        // The first corner is the topmost.
+        width.max(b[1].max(c[1]).abs_diff(a[1]))
     }
 
     /// Its edge functions; edge `i` lies opposite corner `i`, so that barycentric `i` is `edges[i] / area2`.

@@ -119,6 +119,12 @@ impl Tiny {
         (self.rows <= 0) | (self.left >= self.right)
     }
 
+    /// Whether some columns of the triangle's bounds may not be drawn to.
+    #[inline(always)]
+    pub(crate) fn is_cut(&self, bounds: Borders) -> bool {
+        (self.left > bounds.left - self.x) | (self.right < bounds.right - self.x)
+    }
+
     /// How wide the window is in a framebuffer that has `target`.
     #[inline(always)]
     pub(crate) fn width(&self, target: Borders) -> usize {
@@ -205,17 +211,15 @@ impl Tiny {
         [a.map(|a| a + self.b[0]), b.map(|b| b + self.b[1]), c.map(|c| c + self.b[2])]
     }
 
-    /// Eight samples of a row: without a minus sign where they are covered and may be drawn to; and their depths.
+    /// Eight samples of a row: without a minus sign where they are covered; and their depths.
     #[inline(always)]
     pub(crate) fn eight(&self, [a, b, c]: &[[f32; 8]; 3], plane: &DepthPlane) -> ([f32; 8], [f32; 8]) {
         let (mut inside, mut z) = ([0.0; 8], [0.0; 8]);
-        let (left, last) = (self.left as f32, (self.right - 1) as f32);
         for i in 0..8 {
             z[i] = plane.clamp(plane.at_edges(a[i], b[i]));
         }
         for i in 0..8 {
-            let drawn = least(RAMP[i] - left, last - RAMP[i]);
-            inside[i] = least(least(a[i] - self.least[0], b[i]), least(c[i], drawn));
+            inside[i] = least(least(a[i] - self.least[0], b[i]), c[i]);
         }
         (inside, z)
     }
@@ -223,7 +227,10 @@ impl Tiny {
     /// The covered lanes of all rows of narrow windows, of `N` lanes, unless it [is empty](Self::is_empty).
     #[inline(always)]
     pub(crate) fn covered<const N: usize>(&self) -> NarrowLanes {
-        let (mut found, mut row) = ([0; 2], self.first_row::<N>());
+        let mut row = self.first_row::<N>();
+        // Edge 1 goes up, so it is a left one, and the least value that covers is 0.
+        row.edges[0] -= self.least[0];
+        let mut found = [0; 2];
         for (word, lanes) in found.iter_mut().enumerate() {
             let rows = (self.rows as usize).saturating_sub(8 * word).min(8);
             let (mut outside, mut shift) = (0, 0);
@@ -232,7 +239,7 @@ impl Tiny {
                 for _ in 0..ROWS {
                     for quarter in 0..N / 4 {
                         let [a, b, c] = self.edges::<N>(row, quarter);
-                        let others = (a - self.least[0]).min(b).min(c).is_negative_bitmask();
+                        let others = a.min(b).min(c).is_negative_bitmask();
                         outside |= u64::from(others) << (shift + 4 * quarter);
                     }
                     (row, shift) = (self.next_row(row), shift + 8);
@@ -368,8 +375,8 @@ mod tests {
                     let (mut row, mut found) = (tiny.first_eight(), Vec::new());
                     for y in 0..tiny.rows {
                         let (inside, _) = tiny.eight(&row, &depth);
-                        let lanes = inside.iter().zip(0..).filter(|(inside, _)| **inside >= 0.0);
-                        found.extend(lanes.map(|(_, x)| tiny.pixel((x, y))));
+                        let is_drawn = |x: i32| inside[x as usize] >= 0.0 && tiny.may_draw() >> x & 1 == 1;
+                        found.extend((0..8).filter(|&x| is_drawn(x)).map(|x| tiny.pixel((x, y))));
                         row = tiny.next_eight(row);
                     }
                     assert_eq!(found, covered, "eight at a time: {setup:?} in {frame:?}");
@@ -382,7 +389,12 @@ mod tests {
     fn samples<const N: usize>(setup: &Setup, tiny: &Tiny, plane: &LanePlane) -> Vec<(i32, i32)> {
         let (mut samples, mut row) = (Vec::new(), tiny.first_row::<N>());
         for y in tiny.y..tiny.y + tiny.rows {
-            let may_draw = if tiny.is_empty() { 0 } else { tiny.may_draw() };
+            let may_draw = match tiny {
+                _ if tiny.is_empty() => 0,
+                _ if tiny.is_cut(setup.borders()) => tiny.may_draw(),
+                // Lanes beside the bounds are not covered, wherever the window begins.
+                _ => u32::MAX >> (32 - N),
+            };
             let chosen = tiny.chosen(row, plane, Less, &[1.0f32; N], may_draw);
             for lane in (0..N).filter(|lane| chosen >> lane & 1 == 1) {
                 let x = tiny.x + lane as i32;

@@ -136,7 +136,8 @@ proptest! {
         }
     }
 
-    /// A framebuffer whose rows are one after the other may lend blocks or not.
+    /// A framebuffer whose rows are one after the other may lend blocks or not. With a scissor or without; nothing outside of it
+    /// changes.
     #[test]
     fn memory_is_the_same_in_blocks_and_in_runs(
         seed in any::<u64>(), width in 1u32..24, height in 1u32..24, padding in 0usize..3
@@ -156,9 +157,11 @@ proptest! {
                 })
             })
             .collect();
-        let rasterizer = Rasterizer::<()>::new(
+        let mut rasterizer = Rasterizer::<()>::new(
             Viewport::new(x as f32, y as f32, width as f32, height as f32).expect("legal")
         );
+        let scissor = random.choose(&[tiles(area, &mut Random::new(!seed))[0], area]);
+        rasterizer.scissor = Some(scissor);
         let stride = width as usize + padding;
         let draw = |in_runs: bool| {
             let len = stride * height as usize;
@@ -185,8 +188,11 @@ proptest! {
         };
         let (blocks, runs) = (draw(false), draw(true));
         prop_assert_eq!(&blocks, &runs);
-        let padded = blocks.0.chunks(stride).all(|row| row[width as usize..].iter().all(|&color| color == 7));
-        prop_assert!(padded, "what lies between rows stays");
+        for (i, pixel) in blocks.0.iter().zip(&blocks.1).enumerate() {
+            let [column, row] = [i % stride, i / stride].map(|place| i32::try_from(place).expect("small"));
+            let is_outside = column >= width.cast_signed() || !scissor.contains(x + column, y + row);
+            prop_assert!(!is_outside || pixel == (&7, &1.0f32.to_bits()), "({}, {}) stays: {:?}", column, row, scissor);
+        }
     }
 
     /// All six orders of a triangle's vertices: the same samples, depths, values and derivatives, and the same weights in
