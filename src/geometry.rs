@@ -54,6 +54,9 @@ const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 1 };
 /// nothing: the picture is the same.
 const MANY: u32 = 4;
 
+/// With as many triangles to draw in a batch, it is worth fetching their pixels together.
+const SOME: usize = 8;
+
 /// No coordinate of a vertex that need not be clipped is less, in subpixels.
 const OUTERMOST: f32 = -8_388_608.0;
 
@@ -127,6 +130,8 @@ struct Batch {
     next: usize,
     /// The number of the first triangle.
     primitive: u32,
+    /// About where those in the list lie, until somebody asks.
+    neighbourhood: Option<Borders>,
 }
 
 impl Batch {
@@ -141,7 +146,31 @@ impl Batch {
         count: 0,
         next: 0,
         primitive: 0,
+        neighbourhood: None,
     };
+
+    /// Finds out about where the triangles of the list lie: the bounds of every eighth of them, and of the last one.
+    #[inline(always)]
+    fn find_neighbourhood(&mut self, area: Borders) {
+        let Self { x, y, list, len, neighbourhood, .. } = self;
+        let list = list.get(..*len).unwrap_or_default();
+        let (mut least, mut most) = ([f32::MAX; 2], [f32::MIN; 2]);
+        for &i in list.iter().step_by(8).chain(list.last()) {
+            for (axis, [a, b, c]) in [&*x, &*y].into_iter().enumerate() {
+                let [a, b, c] = [a, b, c].map(|corner| corner[i & (BATCH - 1)]);
+                least[axis] = min(least[axis], min(min(a, b), c));
+                most[axis] = max(most[axis], max(max(a, b), c));
+            }
+        }
+        let border = |at: f32| pixel(at).to_bits().wrapping_sub(ROUNDING.to_bits()) as i32;
+        let bounds = Borders {
+            left: border(least[0]),
+            top: border(least[1]),
+            right: border(most[0]),
+            bottom: border(most[1]),
+        };
+        *neighbourhood = (list.len() >= SOME).then(|| bounds.intersection(area));
+    }
 
     /// Fills `x` and `y` from `corners`.
     #[inline(always)]
@@ -309,6 +338,10 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             len += usize::from(*verdict & verdict::HIDDEN == 0);
         }
         self.batch.len = len;
+        // Minute triangles are so many to a cache line that hardly one of them needs a new one.
+        if 2 * minute as usize <= len {
+            self.batch.find_neighbourhood(self.area);
+        }
     }
 
     /// Hides triangles that are culled. Gives how many are left.
@@ -429,6 +462,12 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             verdicts[i] |=
                 if is_decided & bounds.are_minute() & (is_inside | (covered == 0)) { found } else { 0 };
         }
+    }
+
+    /// About where the next few triangles lie, in the area, if there are some: told once.
+    #[inline(always)]
+    pub(crate) fn take_neighbourhood(&mut self) -> Option<Borders> {
+        self.batch.neighbourhood.take()
     }
 
     /// The next piece. `fan` is where it keeps what is left of a clipped triangle; it starts empty.
@@ -675,5 +714,44 @@ mod tests {
             assert_eq!((statistics.culled, statistics.degenerate), (culled, degenerate), "{cull_mode:?}");
             assert_eq!(statistics.primitives, 10_000, "all were looked at");
         }
+    }
+
+    /// What is told of a batch of triangles of this many pixels, each two pixels right of the one before.
+    fn neighbourhood(count: usize, size: i32, area: Rect) -> Option<Borders> {
+        let at = |x: i32, y: i32| ProjectedVertex::new(x * 256, y * 256, 0.5, 1.0).expect("in range");
+        let vertices: Vec<_> =
+            (5..).step_by(2).take(count).flat_map(|x| [at(x, 7), at(x, 7 + size), at(x + size, 7)]).collect();
+        let positions = [Vec4::ZERO; 3 * BATCH];
+        let projector =
+            Projector::new(&Viewport::of_size(64, 64).expect("valid"), ClipDepth::ZeroToOne, DepthClip::Clip);
+        let facing = Facing {
+            cull_mode: CullMode::None,
+            front_face: FrontFace::CounterClockwise,
+            provoking_vertex: ProvokingVertex::First,
+        };
+        let projected = Projected::new(&vertices, &positions[..vertices.len()]).expect("as many");
+        let triangles = Primitives::list().triangles(vertices.len());
+        let mut geometry = Geometry::new(triangles, projected, projector, facing, area);
+        assert!(geometry.take_neighbourhood().is_none(), "nothing is known before the first");
+        assert!(geometry.next(&mut None).is_some(), "it is seen");
+        let told = geometry.take_neighbourhood();
+        assert!(geometry.take_neighbourhood().is_none(), "told once");
+        told
+    }
+
+    #[test]
+    #[cfg_attr(not(target_arch = "x86_64"), ignore = "nothing is fetched ahead where there is no SIMD")]
+    fn the_neighbourhood_of_a_batch_is_told_once() {
+        let area = Rect::of_size(200, 100);
+        let borders = |left, top, right, bottom| Rect::from_edges(left, top, right, bottom).borders();
+        let told = |bounds: Option<Borders>| bounds.map(|b| [b.left, b.top, b.right, b.bottom]);
+        let same = |bounds: Option<Borders>, expected: Option<Borders>| {
+            assert_eq!(told(bounds), told(expected));
+        };
+        same(neighbourhood(20, 6, area), Some(borders(5, 7, 5 + 19 * 2 + 6, 13)));
+        same(neighbourhood(SOME, 6, area), Some(borders(5, 7, 5 + 7 * 2 + 6, 13)));
+        same(neighbourhood(SOME - 1, 6, area), None);
+        same(neighbourhood(20, 2, area), None);
+        same(neighbourhood(20, 6, Rect { x: 10, y: 8, width: 20, height: 2 }), Some(borders(10, 8, 30, 10)));
     }
 }

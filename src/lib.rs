@@ -97,6 +97,7 @@ mod fragment;
 
 // The two halves of a draw: which triangles, and which pixels, with SIMD and without; and the draw.
 mod geometry;
+mod ahead;
 mod packet;
 mod shade;
 mod depth_pass;

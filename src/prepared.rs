@@ -302,6 +302,12 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
     }
 
     #[inline(always)]
+    fn take_neighbourhood(&mut self) -> Option<Borders> {
+        // A tile's pixels are near already.
+        None
+    }
+
+    #[inline(always)]
     fn history(&self, piece: &Piece) -> Option<History> {
         self.fan.as_ref()?.history(piece.in_fan)
     }

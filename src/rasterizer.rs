@@ -6,6 +6,7 @@ use core::marker::PhantomData;
 
 use glam::Vec4;
 
+use crate::ahead;
 use crate::clip::DepthClip;
 use crate::coarse::Coarse;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
@@ -22,7 +23,7 @@ use crate::project::{Positions, Projected, ProjectedVertex, Projector};
 use crate::setup::sample_bounds;
 use crate::shade::Shader;
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
-use crate::target::{DOMAIN, Framebuffer, Rect};
+use crate::target::{Borders, DOMAIN, Framebuffer, Rect};
 use crate::traverse::HAS_FLOAT_LANES;
 use crate::vertex::Attributes;
 use crate::viewport::{ClipDepth, Viewport};
@@ -412,6 +413,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let mut pass = DepthPass { target, target_area, render_area, test: self.depth_test, coarse };
         let mut passed = 0;
         while let Some(piece) = geometry.next(&mut fan) {
+            if let Some(bounds) = geometry.take_neighbourhood() {
+                ahead::fetch::<_, false>(pass.target, bounds);
+            }
             let Piece { setup, covered, .. } = piece;
             let plane = DepthPlane::new::<F::Depth>(&setup, bias, limits);
             passed += pass.draw((&setup, covered), &plane);
@@ -550,6 +554,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             places: &mut Places::new(),
         };
         while let Some(piece) = source.next() {
+            if let Some(bounds) = source.take_neighbourhood() {
+                ahead::fetch::<_, true>(shader.target, bounds);
+            }
             let history = source.history(&piece);
             let Some(varyings) = source.varyings(&piece, history.as_ref()) else { continue };
             let pedigree = history.as_ref().map(History::pedigree);
@@ -567,6 +574,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 pub(crate) trait Source<V> {
     /// The next triangle, or piece of one, that may be seen.
     fn next(&mut self) -> Option<Piece>;
+
+    /// About where this and the next few triangles lie, if that is known and was not told yet.
+    fn take_neighbourhood(&mut self) -> Option<Borders>;
 
     /// How it came about, if it is a piece.
     fn history(&self, piece: &Piece) -> Option<History>;
@@ -588,6 +598,11 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
     #[inline(always)]
     fn next(&mut self) -> Option<Piece> {
         self.geometry.next(&mut self.fan)
+    }
+
+    #[inline(always)]
+    fn take_neighbourhood(&mut self) -> Option<Borders> {
+        self.geometry.take_neighbourhood()
     }
 
     #[inline(always)]

@@ -829,7 +829,7 @@ impl Framebuffer for Strict {
         let [x, y] = [x, y].map(|at| usize::try_from(at).expect("inside"));
         assert!(width > 0 && x + width <= 64, "{width} pixels from column {x}");
         assert!(height > 0 && y + height <= 64, "{height} rows from {y}");
-        assert!(width <= 16 && height <= 16, "no larger than documented: {width} by {height}");
+        assert!(width <= 512 && height <= 32, "no larger than documented: {width} by {height}");
         let place = 64 * y + x..64 * (y + height - 1) + x + width;
         let (color, depth) = (&mut self.color[place.clone()], &mut self.depth[place]);
         self.lends_blocks.then_some(Block { color, depth, stride: 64 })
@@ -909,6 +909,15 @@ fn no_pixel_outside_of_the_framebuffer_is_asked_for() {
         for _ in 0..600 {
             let mut at = |around: f32| around + size * (random.unit() - 0.5);
             let (x, y) = (at(32.0) * 1.2, at(32.0) * 1.2);
+            others.extend([(); 3].map(|()| frame.at([at(x), at(y)])));
+        }
+    }
+    // Neighbours across each border and corner.
+    for [x, y] in
+        [[0.0, 0.0], [30.0, 0.0], [64.0, 0.0], [64.0, 30.0], [64.0, 64.0], [30.0, 64.0], [0.0, 64.0]]
+    {
+        for _ in 0..64 {
+            let mut at = |around: f32| around + 8.0 * (random.unit() - 0.5);
             others.extend([(); 3].map(|()| frame.at([at(x), at(y)])));
         }
     }
