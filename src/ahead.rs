@@ -9,7 +9,7 @@ use core::hint::black_box;
 
 use crate::target::{Block, Borders, Framebuffer};
 
-/// What is wider or higher is no neighbourhood, and would not stay in the first-level cache.
+/// What is wider or higher is no neighbourhood: most of it would be fetched in vain.
 const WIDEST: i32 = 512;
 const HIGHEST: i32 = 32;
 
@@ -34,16 +34,25 @@ pub(crate) fn fetch<F: Framebuffer, const DRAWN: bool>(target: &mut F, bounds: B
     } else {
         size_of::<F::Depth>()
     };
-    for row in 0..height {
-        for column in (0..width).step_by((LINE / largest.max(1)).max(1)) {
-            let at = row.wrapping_mul(stride).wrapping_add(column);
-            if let (true, Some(&color)) = (DRAWN, colors.get(at)) {
-                black_box(color);
-            }
-            if let Some(&depth) = depths.get(at) {
-                black_box(depth);
-            }
+    for_each_place(width, height, stride, (LINE / largest.max(1)).max(1), |at| {
+        if let (true, Some(&color)) = (DRAWN, colors.get(at)) {
+            black_box(color);
         }
+        if let Some(&depth) = depths.get(at) {
+            black_box(depth);
+        }
+    });
+}
+
+/// Visits a place of each line of so many pixels, wherever lines begin: of each row every so manieth, and the last.
+#[inline(always)]
+fn for_each_place(width: usize, height: usize, stride: usize, line: usize, mut visit: impl FnMut(usize)) {
+    for row in 0..height {
+        let first = row.wrapping_mul(stride);
+        for column in (0..width).step_by(line) {
+            visit(first.wrapping_add(column));
+        }
+        visit(first.wrapping_add(width - 1));
     }
 }
 
@@ -95,5 +104,24 @@ mod tests {
             assert_eq!(target.1.first().copied(), asked, "{bounds:?}");
         }
         assert!(color.iter().all(|&pixel| pixel == 7) && depth.iter().all(|&depth| depth == 8), "only read");
+    }
+
+    #[test]
+    fn no_line_is_left_out() {
+        for (width, height, stride, line) in
+            [(1, 1, 1, 16), (15, 3, 40, 16), (100, 4, 103, 16), (33, 2, 33, 4), (7, 2, 9, 1)]
+        {
+            for offset in 0..line {
+                let mut lines = Vec::new();
+                for_each_place(width, height, stride, line, |at| lines.push((offset + at) / line));
+                let touched =
+                    (0..height).flat_map(|row| (0..width).map(move |x| (offset + row * stride + x) / line));
+                assert!(
+                    touched.clone().all(|line| lines.contains(&line)),
+                    "{width} by {height} from {offset}"
+                );
+                assert!(lines.iter().all(|&line| touched.clone().any(|other| other == line)), "and no other");
+            }
+        }
     }
 }

@@ -116,7 +116,8 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
     /// A call, and by value: inlined, it would take registers from the loops over larger ones' rows.
     #[inline(never)]
     fn draw_minute(&mut self, corners: [ProjectedVertex; 3], covered: u8, plane: DepthPlane) -> u64 {
-        // All else of the setup nobody asks for: so the loop over triangles does not make it.
+        // Its samples are found from corners and area, whatever the order of the caller's vertices was: so the loop over triangles
+        // need not keep that.
         let (mut passed, setup) = (0, Setup::of_corners(corners, 0));
         for sample in Minute::new(&setup, covered) {
             let z = plane.at_sample(sample.edges);

@@ -54,7 +54,7 @@ const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 1 };
 /// nothing: the picture is the same.
 const MANY: u32 = 4;
 
-/// With as many triangles to draw in a batch, it is worth fetching their pixels together.
+/// From so many triangles of a batch on, it is worth fetching their pixels together.
 const SOME: usize = 8;
 
 /// No coordinate of a vertex that need not be clipped is less, in subpixels.
@@ -320,7 +320,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// Finds out which of the batch's triangles have to be drawn.
     #[inline(always)]
     fn sift(&mut self, count: usize) {
-        (self.batch.len, self.batch.next) = (0, 0);
+        (self.batch.len, self.batch.next, self.batch.neighbourhood) = (0, 0, None);
         self.batch.split_corners();
         // Meshes turn their backs in long stretches: whole batches end here.
         if self.sift_by_facing(count) == 0 {
@@ -716,11 +716,15 @@ mod tests {
         }
     }
 
-    /// What is told of a batch of triangles of this many pixels, each two pixels right of the one before.
-    fn neighbourhood(count: usize, size: i32, area: Rect) -> Option<Borders> {
+    /// What is told of a batch of triangles of this many pixels, each two pixels right of the one before, but for one that lies
+    /// ten rows further down.
+    fn neighbourhood(count: usize, size: i32, outlier: usize, area: Rect) -> Option<Borders> {
         let at = |x: i32, y: i32| ProjectedVertex::new(x * 256, y * 256, 0.5, 1.0).expect("in range");
-        let vertices: Vec<_> =
-            (5..).step_by(2).take(count).flat_map(|x| [at(x, 7), at(x, 7 + size), at(x + size, 7)]).collect();
+        let corners = |(i, x)| {
+            let y = if i == outlier { 17 } else { 7 };
+            [at(x, y), at(x, y + size), at(x + size, y)]
+        };
+        let vertices: Vec<_> = (0..count).zip((5..).step_by(2)).flat_map(corners).collect();
         let positions = [Vec4::ZERO; 3 * BATCH];
         let projector =
             Projector::new(&Viewport::of_size(64, 64).expect("valid"), ClipDepth::ZeroToOne, DepthClip::Clip);
@@ -748,10 +752,15 @@ mod tests {
         let same = |bounds: Option<Borders>, expected: Option<Borders>| {
             assert_eq!(told(bounds), told(expected));
         };
-        same(neighbourhood(20, 6, area), Some(borders(5, 7, 5 + 19 * 2 + 6, 13)));
-        same(neighbourhood(SOME, 6, area), Some(borders(5, 7, 5 + 7 * 2 + 6, 13)));
-        same(neighbourhood(SOME - 1, 6, area), None);
-        same(neighbourhood(20, 2, area), None);
-        same(neighbourhood(20, 6, Rect { x: 10, y: 8, width: 20, height: 2 }), Some(borders(10, 8, 30, 10)));
+        same(neighbourhood(20, 6, 20, area), Some(borders(5, 7, 5 + 19 * 2 + 6, 13)));
+        same(neighbourhood(20, 6, 8, area), Some(borders(5, 7, 5 + 19 * 2 + 6, 23)));
+        same(neighbourhood(20, 6, 9, area), Some(borders(5, 7, 5 + 19 * 2 + 6, 13)));
+        same(neighbourhood(SOME, 6, 20, area), Some(borders(5, 7, 5 + 7 * 2 + 6, 13)));
+        same(neighbourhood(SOME - 1, 6, 20, area), None);
+        same(neighbourhood(20, 2, 20, area), None);
+        same(
+            neighbourhood(20, 6, 20, Rect { x: 10, y: 8, width: 20, height: 2 }),
+            Some(borders(10, 8, 30, 10)),
+        );
     }
 }

@@ -345,7 +345,7 @@ impl Triangle {
 
     /// Which of the three is the last provoking vertex.
     #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, reason = "1 or 2")]
+    #[expect(clippy::cast_possible_truncation, reason = "0 to 2")]
     pub(crate) fn last_provoking(&self) -> u8 {
         self.numbers[3] as u8
     }

@@ -186,7 +186,8 @@ impl Setup {
     pub(crate) fn extent(&self) -> u32 {
         let [a, b, c] = each(self.corners, |v| [v.x(), v.y()]);
         let width = a[0].max(b[0]).max(c[0]).abs_diff(a[0].min(b[0]).min(c[0]));
-        // The first corner is the topmost.
+        // The first corner is the topmost. (Of positions that are asked for again and are others, this may be too little: then
+        // what is drawn is not specified, but stays within the area.)
         width.max(b[1].max(c[1]).abs_diff(a[1]))
     }
 

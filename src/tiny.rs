@@ -119,7 +119,8 @@ impl Tiny {
         (self.rows <= 0) | (self.left >= self.right)
     }
 
-    /// Whether some columns of the triangle's bounds may not be drawn to.
+    /// Whether some columns of the triangle's bounds may not be drawn to. Where not, no lane needs a mask: beside the bounds, none
+    /// is covered. (Edge functions of wide windows may be rounded there, once, which keeps their sign.)
     #[inline(always)]
     pub(crate) fn is_cut(&self, bounds: Borders) -> bool {
         (self.left > bounds.left - self.x) | (self.right < bounds.right - self.x)
@@ -211,7 +212,8 @@ impl Tiny {
         [a.map(|a| a + self.b[0]), b.map(|b| b + self.b[1]), c.map(|c| c + self.b[2])]
     }
 
-    /// Eight samples of a row: without a minus sign where they are covered; and their depths.
+    /// Eight samples of a row of a triangle that is not [cut](Self::is_cut): without a minus sign where they are covered; and their
+    /// depths.
     #[inline(always)]
     pub(crate) fn eight(&self, [a, b, c]: &[[f32; 8]; 3], plane: &DepthPlane) -> ([f32; 8], [f32; 8]) {
         let (mut inside, mut z) = ([0.0; 8], [0.0; 8]);
@@ -228,7 +230,7 @@ impl Tiny {
     #[inline(always)]
     pub(crate) fn covered<const N: usize>(&self) -> NarrowLanes {
         let mut row = self.first_row::<N>();
-        // Edge 1 goes up, so it is a left one, and the least value that covers is 0.
+        // Depth is not made of these, so the least value that covers is taken off edge 0 as well. (Of edge 1, a left one, it is 0.)
         row.edges[0] -= self.least[0];
         let mut found = [0; 2];
         for (word, lanes) in found.iter_mut().enumerate() {
