@@ -29,12 +29,8 @@ pub(crate) fn fetch<F: Framebuffer, const DRAWN: bool>(target: &mut F, bounds: B
     let Some(Block { color: colors, depth: depths, stride }) = target.block(left, top, width, height) else {
         return;
     };
-    let largest = if DRAWN && size_of::<F::Color>() > size_of::<F::Depth>() {
-        size_of::<F::Color>()
-    } else {
-        size_of::<F::Depth>()
-    };
-    for_each_place(width, height, stride, (LINE / largest.max(1)).max(1), |at| {
+    let largest = size_of::<F::Depth>().max(if DRAWN { size_of::<F::Color>() } else { 0 }).max(1);
+    for_each_place(width, height, stride, (LINE / largest).max(1), |at| {
         if let (true, Some(&color)) = (DRAWN, colors.get(at)) {
             black_box(color);
         }
@@ -44,7 +40,7 @@ pub(crate) fn fetch<F: Framebuffer, const DRAWN: bool>(target: &mut F, bounds: B
     });
 }
 
-/// Visits a place of each line of so many pixels, wherever lines begin: of each row every so manieth, and the last.
+/// Visits a place of each line of `line` pixels, wherever lines begin: of each row the first, one for each `line`, and the last.
 #[inline(always)]
 fn for_each_place(width: usize, height: usize, stride: usize, line: usize, mut visit: impl FnMut(usize)) {
     for row in 0..height {

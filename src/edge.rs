@@ -51,6 +51,12 @@ impl EdgeFunction {
         Self { a, b, c }
     }
 
+    /// Those of a triangle with these corners; edge `i` lies opposite corner `i`.
+    #[inline(always)]
+    pub(crate) const fn of_corners([a, b, c]: [[i32; 2]; 3]) -> [Self; 3] {
+        [Self::new(b, c), Self::new(c, a), Self::new(a, b)]
+    }
+
     /// Change of E from a sample to its right neighbour.
     #[inline(always)]
     #[must_use]

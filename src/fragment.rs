@@ -208,9 +208,7 @@ impl<'a, V: Varyings> Shading<'a, V> {
     /// Change of each edge function by a pixel right, or down. (Where nobody asks for it, it is not worked out.)
     #[inline(always)]
     fn step(&self, axis: usize) -> [f32; 3] {
-        let [a, b, c] = self.corners;
-        let edges = [EdgeFunction::new(b, c), EdgeFunction::new(c, a), EdgeFunction::new(a, b)];
-        each(edges, |edge| edge.slope()[axis] as f32 * 256.0)
+        each(EdgeFunction::of_corners(self.corners), |edge| edge.slope()[axis] as f32 * 256.0)
     }
 }
 

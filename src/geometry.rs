@@ -130,8 +130,8 @@ struct Batch {
     next: usize,
     /// The number of the first triangle.
     primitive: u32,
-    /// About where those in the list lie, until somebody asks.
-    neighbourhood: Option<Borders>,
+    /// Whether it is worth telling where those in the list lie, and was not told yet.
+    has_news: bool,
 }
 
 impl Batch {
@@ -146,30 +146,24 @@ impl Batch {
         count: 0,
         next: 0,
         primitive: 0,
-        neighbourhood: None,
+        has_news: false,
     };
 
-    /// Finds out about where the triangles of the list lie: the bounds of every eighth of them, and of the last one.
+    /// About where the triangles of the list lie: the bounds of every eighth of them, and of the last one.
     #[inline(always)]
-    fn find_neighbourhood(&mut self, area: Borders) {
-        let Self { x, y, list, len, neighbourhood, .. } = self;
-        let list = list.get(..*len).unwrap_or_default();
+    fn neighbourhood(&self) -> Borders {
+        let list = self.list.get(..self.len).unwrap_or_default();
         let (mut least, mut most) = ([f32::MAX; 2], [f32::MIN; 2]);
         for &i in list.iter().step_by(8).chain(list.last()) {
-            for (axis, [a, b, c]) in [&*x, &*y].into_iter().enumerate() {
+            for (axis, [a, b, c]) in [&self.x, &self.y].into_iter().enumerate() {
                 let [a, b, c] = [a, b, c].map(|corner| corner[i & (BATCH - 1)]);
                 least[axis] = min(least[axis], min(min(a, b), c));
                 most[axis] = max(most[axis], max(max(a, b), c));
             }
         }
         let border = |at: f32| pixel(at).to_bits().wrapping_sub(ROUNDING.to_bits()) as i32;
-        let bounds = Borders {
-            left: border(least[0]),
-            top: border(least[1]),
-            right: border(most[0]),
-            bottom: border(most[1]),
-        };
-        *neighbourhood = (list.len() >= SOME).then(|| bounds.intersection(area));
+        let ([left, top], [right, bottom]) = (least.map(border), most.map(border));
+        Borders { left, top, right, bottom }
     }
 
     /// Fills `x` and `y` from `corners`.
@@ -320,7 +314,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// Finds out which of the batch's triangles have to be drawn.
     #[inline(always)]
     fn sift(&mut self, count: usize) {
-        (self.batch.len, self.batch.next, self.batch.neighbourhood) = (0, 0, None);
+        (self.batch.len, self.batch.next, self.batch.has_news) = (0, 0, false);
         self.batch.split_corners();
         // Meshes turn their backs in long stretches: whole batches end here.
         if self.sift_by_facing(count) == 0 {
@@ -339,9 +333,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         }
         self.batch.len = len;
         // Minute triangles are so many to a cache line that hardly one of them needs a new one.
-        if 2 * minute as usize <= len {
-            self.batch.find_neighbourhood(self.area);
-        }
+        self.batch.has_news = (len >= SOME) & (2 * minute as usize <= len);
     }
 
     /// Hides triangles that are culled. Gives how many are left.
@@ -467,7 +459,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// About where the next few triangles lie, in the area, if there are some: told once.
     #[inline(always)]
     pub(crate) fn take_neighbourhood(&mut self) -> Option<Borders> {
-        self.batch.neighbourhood.take()
+        core::mem::take(&mut self.batch.has_news).then(|| self.batch.neighbourhood().intersection(self.area))
     }
 
     /// The next piece. `fan` is where it keeps what is left of a clipped triangle; it starts empty.

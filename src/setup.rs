@@ -195,8 +195,7 @@ impl Setup {
     #[inline(always)]
     #[must_use]
     pub fn edges(&self) -> [EdgeFunction; 3] {
-        let [a, b, c] = each(self.corners, |v| [v.x(), v.y()]);
-        [EdgeFunction::new(b, c), EdgeFunction::new(c, a), EdgeFunction::new(a, b)]
+        EdgeFunction::of_corners(each(self.corners, |v| [v.x(), v.y()]))
     }
 
     /// How much of `rect` it covers, decided exactly by its edges at the corner samples.
