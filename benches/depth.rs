@@ -1,9 +1,10 @@
 //! Draws of depth alone: all samples pass, none does, or every second column does; in each format. And draws behind what
-//! is there, with coarse depth and without.
+//! is there, with coarse depth and without; of small triangles, with a test that says what it compares and one that does not.
 
 mod common;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
+use halfplane::glam::Vec4;
 use halfplane::{
     CoarseDepth, Depth24, DepthFormat, DepthTest, Fragment, Greater, Less, LessOrEqual, Primitives,
     Rasterizer, ReadOnly, Rect, Statistics, Surface, Viewport,
@@ -21,6 +22,9 @@ fn main() {
         }
         for size in [64, 256, 1024] {
             hidden(criterion, size);
+        }
+        for side in [4, 8, 16, 32] {
+            hidden_mesh(criterion, side);
         }
     });
 }
@@ -89,5 +93,52 @@ fn hidden(criterion: &mut Criterion, size: u32) {
     let mut target = Surface::new(&mut color, &mut depth, size, size).expect("of this size");
     draw("hidden", &mut || {
         behind.draw(&mut target, primitives, &common::SQUARE, (), shade).expect("valid indices")
+    });
+}
+
+/// Compares as [`Less`], and does not say so: no triangle is left out early.
+#[derive(Clone, Copy)]
+struct Unsaid;
+
+impl DepthTest for Unsaid {
+    #[inline(always)]
+    fn passes<D: PartialOrd>(self, new: D, old: D) -> bool {
+        new < old
+    }
+}
+
+/// A mesh of squares of `side` pixels behind what is there.
+fn hidden_mesh(criterion: &mut Criterion, side: u16) {
+    const SIZE: u16 = 512;
+    let count = SIZE / side;
+    let along = |i: u16| f32::from(i) / f32::from(count) * 2.0 - 1.0;
+    let positions: Vec<Vec4> =
+        (0..=count).flat_map(|y| (0..=count).map(move |x| Vec4::new(along(x), along(y), 0.5, 1.0))).collect();
+    let indices: Vec<u32> = (0..u32::from(count * count))
+        .flat_map(|i| {
+            let (count, row) = (u32::from(count), u32::from(count) + 1);
+            let corner = i / count * row + i % count;
+            [corner, corner + 1, corner + row, corner + row, corner + 1, corner + row + 1]
+        })
+        .collect();
+    let size = u32::from(SIZE);
+    let (mut color, mut depth) = (vec![0u32; (size * size) as usize], vec![0.25; (size * size) as usize]);
+    let mut target = Surface::new(&mut color, &mut depth, size, size).expect("of this size");
+    let says = Rasterizer::<()>::new(Viewport::of_size(size, size).expect("a small size"));
+    let does_not = says.with_depth_test(Unsaid);
+    let primitives = Primitives::list().indexed(&indices);
+    let mut group = criterion.benchmark_group("depth");
+    group.throughput(Throughput::Elements(u64::from(count) * u64::from(count) * 2));
+
+    let mut draw = |name: &str, draw: &mut dyn FnMut() -> Statistics| {
+        assert_eq!(draw().fragments, 0, "{name} of {side}");
+        group.bench_function(BenchmarkId::new(name, side), |bencher| bencher.iter(&mut *draw));
+    };
+    let shade = |fragment: Fragment<'_, ()>| fragment.x().unsigned_abs();
+    draw("hidden_mesh", &mut || {
+        says.draw(&mut target, primitives, &positions[..], (), shade).expect("valid indices")
+    });
+    draw("hidden_mesh_unsaid", &mut || {
+        does_not.draw(&mut target, primitives, &positions[..], (), shade).expect("valid indices")
     });
 }

@@ -106,10 +106,9 @@ impl<'m, F: Framebuffer> CoarseDepth<'m, F> {
         if len < needed {
             return Err(SurfaceError::TooShort { plane: "bounds", len, needed });
         }
-        let are_upper = keeps(test, true);
-        if are_upper == keeps(test, false) {
+        let Some(are_upper) = direction(test) else {
             return Err(SurfaceError::NoDirection { compare: test.compare() });
-        }
+        };
         let Rect { y: top, .. } = target.area();
         Ok(Self { columns: columns(target.area()), target, bounds, top, are_upper })
     }
@@ -157,6 +156,12 @@ fn keeps(test: impl DepthTest, are_upper: bool) -> bool {
         Some(Greater | GreaterOrEqual) => !are_upper,
         _ => false,
     }
+}
+
+/// Whether a test lets pass only what is less than what is there, or only what is greater, equal ones or not.
+pub(crate) fn direction(test: impl DepthTest) -> Option<bool> {
+    let (less, greater) = (keeps(test, true), keeps(test, false));
+    if less == greater { None } else { Some(less) }
 }
 
 /// What a draw does with a framebuffer's bounds.

@@ -98,6 +98,7 @@ mod fragment;
 // The two halves of a draw: which triangles, and which pixels, with SIMD and without; and the draw.
 mod geometry;
 mod ahead;
+mod behind;
 mod packet;
 mod shade;
 mod depth_pass;

@@ -54,6 +54,23 @@ impl DepthPlane {
         self.clamp(self.at_edges(e0, e1))
     }
 
+    /// A depth that no sample of a triangle is nearer than, where nearer is less or where it is greater: that of the nearest
+    /// corner, and a margin. All roundings on the way to a sample's depth, by steps along a row or not, add up to less than
+    /// 20 · 2⁻²⁴ of the numbers that it is made of, and here 32 · 2⁻²⁴ are taken.
+    #[inline(always)]
+    pub(crate) fn nearest(&self, setup: &Setup, is_less: bool) -> f32 {
+        let [p, q, r] = each(setup.corners(), |corner| corner.depth());
+        let (p, q) = (p - r, q - r);
+        let margin = (self.z.abs() + p.abs() + q.abs()) * (1.0 / (1 << 19) as f32) + f32::MIN_POSITIVE;
+        let least = |a: f32, b: f32| if a < b { a } else { b };
+        let z = if is_less {
+            self.z + least(least(p, q), 0.0) - margin
+        } else {
+            self.z - least(least(-p, -q), 0.0) + margin
+        };
+        self.clamp(z)
+    }
+
     /// Change by a pixel to the right. Only triangles that are drawn in rows need it.
     #[inline(always)]
     pub(crate) fn step_x(&self, setup: &Setup) -> f32 {

@@ -7,8 +7,9 @@ use core::marker::PhantomData;
 use glam::Vec4;
 
 use crate::ahead;
+use crate::behind::is_behind;
 use crate::clip::DepthClip;
-use crate::coarse::Coarse;
+use crate::coarse::{Coarse, direction};
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
 use crate::depth_pass::DepthPass;
 use crate::fan::{Fan, History, Piece, at_corners};
@@ -542,7 +543,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             discarded: &mut [0; PACKET],
             places: &mut [0; PLACES],
         };
-        let (test, coarse) = (self.depth_test, Coarse::new(target, render_area, self.depth_test));
+        let (test, is_nearer_less) = (self.depth_test, direction(self.depth_test));
+        let coarse = Coarse::new(target, render_area, test);
         let mut shader = Shader::<_, _, _, BLENDS> {
             target,
             target_area: target_area.borders(),
@@ -550,12 +552,20 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             test,
             shade,
             expects_all: true,
+            expects_hidden: false,
             coarse,
             places: &mut Places::new(),
         };
         while let Some(piece) = source.next() {
             if let Some(bounds) = source.take_neighbourhood() {
                 ahead::fetch::<_, true>(shader.target, bounds);
+            }
+            if let (true, Some(is_less), 0) = (shader.expects_hidden, is_nearer_less, piece.covered) {
+                let areas = (shader.target_area, shader.render_area);
+                let plane = DepthPlane::new::<F::Depth>(&piece.setup, bias, limits);
+                if is_behind(shader.target, areas, (test, is_less), &piece.setup, &plane) {
+                    continue;
+                }
             }
             let history = source.history(&piece);
             let Some(varyings) = source.varyings(&piece, history.as_ref()) else { continue };

@@ -30,7 +30,7 @@ use crate::packet::{NARROW, PACKET, Packet, Places, RAMP, ROW, Start, Triangle, 
 use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::setup::Setup;
 use crate::state::Statistics;
-use crate::target::{Block, Borders, Framebuffer};
+use crate::target::{Block, Borders, Framebuffer, lend};
 use crate::tiny::{self, Lanes, Tiny, is_tiny};
 use crate::traverse::{LANES, Rows, Solver};
 
@@ -46,6 +46,8 @@ pub(crate) struct Shader<'a, F, T, S, const BLENDS: bool> {
     /// Whether all fragments of the last stretch passed: most likely those of the next will.
     pub(crate) expects_all: bool,
     pub(crate) coarse: Coarse,
+    /// Whether the last triangle was hidden: most likely the next one is.
+    pub(crate) expects_hidden: bool,
     /// Where samples stand, for the stride last used.
     pub(crate) places: &'a mut Places,
 }
@@ -210,6 +212,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
             Work::Tiny(Patch { x: tiny.x, y: tiny.y, block }, len)
         } else {
+            // Until something of it is seen.
+            self.expects_hidden = true;
             let band = Band::new(setup, triangle, self.render_area);
             Work::Rows(Solver::new(setup), band, Progress::default())
         };
@@ -278,6 +282,9 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let lost = Self::shade_packet(
                 shade, test, &shading, count, colors, depths, discarded, p, q, sum, l, m, z, xs, ys,
             );
+            if let Work::Rows(..) = work {
+                self.expects_hidden = false;
+            }
             statistics.fragments += count as u64;
             statistics.samples_passed += count as u64 - u64::from(lost);
             if let Work::Rows(_, _, at) = &mut work {
@@ -482,6 +489,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             };
             let places = self.places.with_stride(stride);
             let covered = if tiny.lanes > 4 { tiny.covered::<8>() } else { tiny.covered::<4>() };
+            let is_covered = covered[0] | covered[1] != 0;
             for (word, lanes) in covered.into_iter().enumerate() {
                 filled = packet.put_lanes::<_, 8, true>(
                     filled,
@@ -492,6 +500,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     (self.test, read),
                 );
             }
+            // Not if it lies between samples.
+            self.expects_hidden = is_covered & (filled == 0);
         } else {
             // Rows are so long, or so slow to get, that they are tested as a whole.
             let (test, plane) = (self.test, &triangle.plane.in_lanes());
@@ -514,6 +524,9 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     (self.test, read),
                 );
             }
+        }
+        if !is_narrow {
+            self.expects_hidden = filled == 0;
         }
         if BLENDS {
             self.read_tiny(Patch { x: tiny.x, y: tiny.y, block: dimensions }, filled, packet);
@@ -792,23 +805,6 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         write_both((to_colors, colors), (to_depths, depths), self.test.writes());
         Some(())
     }
-}
-
-/// A block of at most 16 rows, cut so that colours and depths are as many, if it is as long as it should be. (Places in it are
-/// numbers of 32 bits.)
-#[inline(always)]
-fn lend<F: Framebuffer>(
-    target: &mut F,
-    (x, y): (i32, i32),
-    (width, height): (usize, usize),
-) -> Option<Block<'_, F::Color, F::Depth>> {
-    let Block { color, depth, stride } = target.block(x, y, width, height)?;
-    let len = color.len().min(depth.len());
-    let needed = (height - 1).wrapping_mul(stride).wrapping_add(width);
-    if needed > len || stride > u32::MAX as usize / 32 {
-        return None;
-    }
-    Some(Block { color: color.get_mut(..len)?, depth: depth.get_mut(..len)?, stride })
 }
 
 /// The lanes of a tiny triangle's windows that are covered and pass the depth test, in a framebuffer that lends no block, or

@@ -675,6 +675,23 @@ impl<C: Plane, D: Plane<Item: DepthFormat>> Iterator for Bands<C, D> {
     }
 }
 
+/// A block, cut so that colours and depths are as many, if it is as long as it should be. (Places in it are
+/// numbers of 32 bits.)
+#[inline(always)]
+pub(crate) fn lend<F: Framebuffer>(
+    target: &mut F,
+    (x, y): (i32, i32),
+    (width, height): (usize, usize),
+) -> Option<Block<'_, F::Color, F::Depth>> {
+    let Block { color, depth, stride } = target.block(x, y, width, height)?;
+    let len = color.len().min(depth.len());
+    let needed = (height - 1).wrapping_mul(stride).wrapping_add(width);
+    if needed > len || stride > u32::MAX as usize / 32 {
+        return None;
+    }
+    Some(Block { color: color.get_mut(..len)?, depth: depth.get_mut(..len)?, stride })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
