@@ -1,9 +1,9 @@
-//! Small triangles that lie behind all that is there.
+//! Small triangles that are hidden: all depths around them are nearer.
 //!
-//! In a scene that hides much of itself, more than half of the triangles may be hidden when they come. One that is hidden
-//! is most often followed by others. So where the last triangle was, the depths around the next one are compared with
-//! its nearest corner, before anything else is worked out: a load and a comparison for four pixels, instead of edge functions,
-//! depth and coverage. In front of it, the picture is the same to the bit.
+//! Of a scene with much behind other things, more than half of the triangles may be hidden when they come, most often one
+//! after the other. So where the last triangle was hidden, the next one's nearest corner is compared with the depths in its
+//! bounds, before anything else of it is worked out: a load and a comparison for four pixels, instead of edge functions, depth
+//! and coverage. What is left out would have changed nothing.
 
 #![expect(clippy::cast_possible_truncation, reason = "windows are up to 16 pixels wide")]
 #![expect(clippy::cast_possible_wrap, reason = "windows are up to 16 pixels wide")]
@@ -18,8 +18,8 @@ use crate::target::{Borders, Framebuffer, lend};
 /// The largest extent of a triangle that is looked at, in pixels. Of larger ones, more and more of the bounds is not theirs.
 const SIDE: u32 = 32;
 
-/// Whether no sample of a triangle can pass the depth test, for all that the depths in its bounds tell. The test lets pass what
-/// `is_less` than what is there, or what is greater.
+/// Whether a triangle is certainly hidden. (Of others, only drawing tells.) The test lets pass what is less than what is there, if
+/// `is_less`, or else what is greater.
 #[inline(always)]
 pub(crate) fn is_behind<F: Framebuffer>(
     target: &mut F,
@@ -35,21 +35,21 @@ pub(crate) fn is_behind<F: Framebuffer>(
     let rows = bounds.intersection(render_area);
     let rows = (rows.top, rows.bottom);
     match bounds.right - bounds.left {
-        ..=4 => are_nearer::<_, 4>(target, target_area, (bounds.left, rows), test, nearest),
-        5..=8 => are_nearer::<_, 8>(target, target_area, (bounds.left, rows), test, nearest),
-        9..=12 => are_nearer::<_, 12>(target, target_area, (bounds.left, rows), test, nearest),
-        13..=16 => are_nearer::<_, 16>(target, target_area, (bounds.left, rows), test, nearest),
+        ..=4 => hide::<_, 4>(target, target_area, (bounds.left, rows), test, nearest),
+        5..=8 => hide::<_, 8>(target, target_area, (bounds.left, rows), test, nearest),
+        9..=12 => hide::<_, 12>(target, target_area, (bounds.left, rows), test, nearest),
+        13..=16 => hide::<_, 16>(target, target_area, (bounds.left, rows), test, nearest),
         _ => {
-            are_nearer::<_, 16>(target, target_area, (bounds.left, rows), test, nearest)
-                && are_nearer::<_, 16>(target, target_area, (bounds.right - 16, rows), test, nearest)
+            hide::<_, 16>(target, target_area, (bounds.left, rows), test, nearest)
+                && hide::<_, 16>(target, target_area, (bounds.right - 16, rows), test, nearest)
         }
     }
 }
 
-/// Whether all depths of some rows, in `N` columns from one on, are nearer than a depth. A framebuffer that lends no block, or
-/// less than a row of it, is not asked further.
+/// Whether rows `top .. bottom` hide a depth in `N` columns, from `left` on or, if the framebuffer ends too early on the right, as
+/// many columns before. Where it lends no block, or is less wide, nobody knows.
 #[inline(always)]
-fn are_nearer<F: Framebuffer, const N: usize>(
+fn hide<F: Framebuffer, const N: usize>(
     target: &mut F,
     area: Borders,
     (left, (top, bottom)): (i32, (i32, i32)),
@@ -59,7 +59,6 @@ fn are_nearer<F: Framebuffer, const N: usize>(
     if top >= bottom {
         return true;
     }
-    // As far left as the framebuffer allows, if it ends too early on the right.
     let x = left.min(area.right.wrapping_sub(N as i32)).max(area.left);
     let (width, height) = ((N as i32).min(area.right - x) as usize, (bottom - top) as usize);
     let Some(block) = lend(target, (x, top), (width, height)) else { return false };

@@ -148,6 +148,7 @@ impl<F: Framebuffer> Framebuffer for CoarseDepth<'_, F> {
 
 /// Whether bounds, upper or lower ones, stay true whatever is drawn with a test: nothing that it lets pass is farther
 /// than what was there. And so, nothing behind a bound passes.
+#[inline(always)]
 fn keeps(test: impl DepthTest, are_upper: bool) -> bool {
     use CompareOp::{Equal, Greater, GreaterOrEqual, Less, LessOrEqual, Never};
     match test.compare() {
@@ -159,6 +160,7 @@ fn keeps(test: impl DepthTest, are_upper: bool) -> bool {
 }
 
 /// Whether a test lets pass only what is less than what is there, or only what is greater, equal ones or not.
+#[inline(always)]
 pub(crate) fn direction(test: impl DepthTest) -> Option<bool> {
     let (less, greater) = (keeps(test, true), keeps(test, false));
     if less == greater { None } else { Some(less) }

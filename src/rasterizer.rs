@@ -7,7 +7,6 @@ use core::marker::PhantomData;
 use glam::Vec4;
 
 use crate::ahead;
-use crate::behind::is_behind;
 use crate::clip::DepthClip;
 use crate::coarse::{Coarse, direction};
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
@@ -553,19 +552,13 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             shade,
             expects_all: true,
             expects_hidden: false,
+            is_nearer_less,
             coarse,
             places: &mut Places::new(),
         };
         while let Some(piece) = source.next() {
             if let Some(bounds) = source.take_neighbourhood() {
                 ahead::fetch::<_, true>(shader.target, bounds);
-            }
-            if let (true, Some(is_less), 0) = (shader.expects_hidden, is_nearer_less, piece.covered) {
-                let areas = (shader.target_area, shader.render_area);
-                let plane = DepthPlane::new::<F::Depth>(&piece.setup, bias, limits);
-                if is_behind(shader.target, areas, (test, is_less), &piece.setup, &plane) {
-                    continue;
-                }
             }
             let history = source.history(&piece);
             let Some(varyings) = source.varyings(&piece, history.as_ref()) else { continue };

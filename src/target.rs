@@ -289,9 +289,10 @@ pub trait Framebuffer {
     /// not follow each other in memory, or if those of colours and depths do so at different distances.
     ///
     /// Draws then ask for runs. With blocks, they ask once for all of a small triangle, again to write it, and again for what is
-    /// blended or discarded; such a block is up to 16 × 16 pixels and may reach beyond the triangle and the scissor. And they ask
-    /// for up to 512 × 32 pixels at a time around some small triangles, to read here and there in them: so memory comes before it
-    /// is needed. Of a fine mesh, blocks are worth a fourth of the instructions (see [how fast](crate::how_fast)).
+    /// blended or discarded; such a block is up to 16 × 16 pixels and may reach beyond the triangle and the scissor. Of a fine mesh,
+    /// blocks are worth a fourth of the instructions (see [how fast](crate::how_fast)). Others are only read: up to 512 × 32 pixels
+    /// around some small triangles, here and there, so that memory comes before it is needed; and up to 16 × 32 pixels, to see
+    /// whether they hide a triangle.
     #[inline(always)]
     fn block(
         &mut self,
