@@ -6,7 +6,8 @@
 
 /// A number that a depth buffer stores.
 ///
-/// **Law**: [`from_depth`](Self::from_depth) is monotonic, so that a format may merge two depths but never swaps them.
+/// **Law**: [`from_depth`](Self::from_depth) is monotonic, so that a format may merge two depths but never swaps them. Draws
+/// rely on it where they leave out what is hidden, and ask for depths that no fragment has.
 ///
 /// | type | range | step | conversion of d ∈ \[0, 1\] |
 /// | --- | --- | --- | --- |
@@ -153,8 +154,8 @@ pub trait DepthTest: Copy {
 
     /// Which of the eight comparisons [`passes`](Self::passes) makes, if it makes one.
     ///
-    /// Draws rely on it to leave out what is hidden, and [`CoarseDepth`](crate::CoarseDepth) does: with a wrong answer, fragments
-    /// are lost. With `None` nothing is left out early, and each draw that writes depth forgets what is known of the rows that
+    /// Draws and [`CoarseDepth`](crate::CoarseDepth) rely on it to leave out what is hidden: with a wrong answer, fragments are
+    /// lost. With `None` nothing is left out early, and each draw that writes depth forgets what is known of the rows that
     /// it may draw to. A test around another one, as
     /// [`ReadOnly`], gives that one's answer.
     #[inline(always)]

@@ -47,7 +47,8 @@ pub(crate) struct Shader<'a, F, T, S, const BLENDS: bool> {
     /// Whether all fragments of the last stretch passed: most likely those of the next will.
     pub(crate) expects_all: bool,
     pub(crate) coarse: Coarse,
-    /// Whether the last triangle was hidden: most likely the next one is.
+    /// Whether the last triangle was hidden, as far as is known: most likely the next one is. A guess, which decides where to look
+    /// and nothing else.
     pub(crate) expects_hidden: bool,
     /// Whether nearer is less, if the test has a direction.
     pub(crate) is_nearer_less: Option<bool>,
@@ -223,7 +224,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
             Work::Tiny(Patch { x: tiny.x, y: tiny.y, block }, len)
         } else {
-            // Until something of it is seen.
+            // As long as nothing of it is seen.
             self.expects_hidden = true;
             let band = Band::new(setup, triangle, self.render_area);
             Work::Rows(Solver::new(setup), band, Progress::default())
