@@ -259,6 +259,55 @@ mod tests {
         compare::<u16>(GreaterOrEqual, 0.0, 0.0);
     }
 
+    /// Counts the runs that a draw asks for.
+    struct Counting<'a>(Surface<&'a mut [u32], &'a mut [f32]>, usize);
+
+    impl Framebuffer for Counting<'_> {
+        type Color = u32;
+        type Depth = f32;
+
+        fn area(&self) -> Rect {
+            self.0.area()
+        }
+
+        fn run(&mut self, x: i32, y: i32, len: usize) -> crate::Run<'_, u32, f32> {
+            self.1 += 1;
+            self.0.run(x, y, len)
+        }
+
+        fn block(
+            &mut self,
+            x: i32,
+            y: i32,
+            width: usize,
+            height: usize,
+        ) -> Option<crate::Block<'_, u32, f32>> {
+            self.0.block(x, y, width, height)
+        }
+    }
+
+    /// How many runs some hidden triangles of 20 pixels take.
+    fn runs(test: impl DepthTest, triangles: usize) -> usize {
+        let (mut color, mut depth) = ([0; 64 * 64], [0.25; 64 * 64]);
+        let surface = Surface::new(&mut color, &mut depth, 64, 64).expect("it fits");
+        let mut target = Counting(surface, 0);
+        let rasterizer =
+            Rasterizer::<()>::new(Viewport::of_size(64, 64).expect("valid")).with_depth_test(test);
+        let triangle = [(0.0, 0.0), (0.6, 0.0), (0.0, 0.6)].map(|(x, y)| Vec4::new(x, y, 0.5, 1.0));
+        let positions = triangle.repeat(triangles);
+        let drawn = rasterizer.draw(&mut target, Primitives::list(), &positions[..], (), |_| 1);
+        assert_eq!(drawn.map(|drawn| drawn.fragments), Ok(0), "all are hidden");
+        target.1
+    }
+
+    #[test]
+    fn after_a_hidden_triangle_hidden_ones_are_left_out() {
+        if crate::traverse::HAS_FLOAT_LANES {
+            assert_eq!(runs(Less, 10), runs(Less, 1), "only the first is traversed");
+            assert!(runs(Unsaid(Less), 10) > runs(Less, 1), "all are");
+        }
+    }
+
     #[test]
     fn tests_without_a_direction_hide_nothing() {
         assert_eq!((direction(Less), direction(GreaterOrEqual)), (Some(true), Some(false)), "both ways");

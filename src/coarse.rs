@@ -159,7 +159,7 @@ fn keeps(test: impl DepthTest, are_upper: bool) -> bool {
     }
 }
 
-/// Whether a test lets pass only what is less than what is there, or only what is greater, equal ones or not.
+/// True if a test lets pass only what is less than what is there, false if only what is greater, equal ones or not; or neither.
 #[inline(always)]
 pub(crate) fn direction(test: impl DepthTest) -> Option<bool> {
     let (less, greater) = (keeps(test, true), keeps(test, false));

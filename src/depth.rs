@@ -155,9 +155,8 @@ pub trait DepthTest: Copy {
     /// Which of the eight comparisons [`passes`](Self::passes) makes, if it makes one.
     ///
     /// Draws and [`CoarseDepth`](crate::CoarseDepth) rely on it to leave out what is hidden: with a wrong answer, fragments are
-    /// lost. With `None` nothing is left out early, and each draw that writes depth forgets what is known of the rows that
-    /// it may draw to. A test around another one, as
-    /// [`ReadOnly`], gives that one's answer.
+    /// lost. With `None` nothing is left out early, and each draw that writes depth forgets what is known of the rows that it
+    /// may draw to. A test around another one, as [`ReadOnly`], gives that one's answer.
     #[inline(always)]
     fn compare(self) -> Option<CompareOp> {
         None

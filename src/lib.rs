@@ -100,6 +100,7 @@ mod geometry;
 mod ahead;
 mod behind;
 mod packet;
+mod band;
 mod shade;
 mod depth_pass;
 mod one_by_one;

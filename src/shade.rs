@@ -21,8 +21,9 @@
 use core::hint::black_box;
 use core::ops::Range;
 
+use crate::band::Band;
 use crate::behind::is_behind;
-use crate::coarse::{Coarse, DepthRow, Hidden};
+use crate::coarse::{Coarse, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Fragment, Shading, WeightParts};
 use crate::interpolate::Varyings;
@@ -33,7 +34,7 @@ use crate::setup::Setup;
 use crate::state::Statistics;
 use crate::target::{Block, Borders, Framebuffer, lend};
 use crate::tiny::{self, Lanes, Tiny, is_tiny};
-use crate::traverse::{LANES, Rows, Solver};
+use crate::traverse::{LANES, Solver};
 
 /// What a draw's shading works with. The closure reads the colour already there if it `BLENDS`.
 #[derive(Debug)]
@@ -79,90 +80,6 @@ struct Dimensions {
     width: usize,
     height: usize,
     stride: usize,
-}
-
-/// Some rows of a triangle, ready to be shaded.
-struct Band {
-    /// Changes along a row, of what weights are made of and of depth.
-    step: WeightParts,
-    step_z: f32,
-    rows: Rows,
-    /// What weights are made of, and depth, at the anchors.
-    parts: [[f32; LANES]; 5],
-    z: [f32; LANES],
-    /// The topmost row, and how many there are.
-    y: i32,
-    count: usize,
-    /// Where the triangle ends.
-    bottom: i32,
-}
-
-impl Band {
-    /// Above the first rows.
-    #[inline(always)]
-    fn new<V: Varyings>(setup: &Setup, triangle: Triangle<'_, V>, area: Borders) -> Self {
-        let bounds = setup.borders();
-        Self {
-            step: triangle.shading.step_x(),
-            step_z: triangle.plane.step_x(setup),
-            rows: Rows::EMPTY,
-            parts: [[0.0; LANES]; 5],
-            z: [0.0; LANES],
-            y: bounds.top.max(area.top),
-            count: 0,
-            bottom: bounds.bottom.min(area.bottom),
-        }
-    }
-
-    /// Solves the next rows and cuts them to the area. False when there are no more.
-    #[inline(always)]
-    fn solve<V: Varyings>(&mut self, solver: &Solver, triangle: Triangle<'_, V>, area: Borders) -> bool {
-        self.y += self.count as i32;
-        if self.y >= self.bottom {
-            return false;
-        }
-        self.rows = solver.solve(self.y);
-        self.count = LANES.min((self.bottom - self.y) as usize);
-        let (left, right) = (area.left, area.right);
-        for row in 0..LANES {
-            self.rows.start[row] = self.rows.start[row].max(left);
-            self.rows.end[row] = self.rows.end[row].min(right);
-            self.z[row] = triangle.plane.at_edges(self.rows.edges[0][row], self.rows.edges[1][row]);
-        }
-        let [a, b, c] = &self.rows.edges;
-        for row in 0..LANES {
-            let at = triangle.shading.parts([a[row], b[row], c[row]]);
-            let [p, q, sum, l, m] = &mut self.parts;
-            (p[row], q[row], sum[row], l[row], m[row]) = (at.p, at.q, at.sum, at.l, at.m);
-        }
-        true
-    }
-
-    /// The plane of depth along rows.
-    #[inline(always)]
-    fn plane<'a>(&self, plane: &'a DepthPlane) -> RowPlane<'a> {
-        RowPlane::new(plane, self.step_z)
-    }
-
-    /// Depth on a row.
-    #[inline(always)]
-    fn depth<'a>(&self, plane: &'a DepthPlane, row: usize) -> DepthRow<'a> {
-        let (plane, z, anchor) = (self.plane(plane), self.z[row], self.rows.anchor[row]);
-        DepthRow { plane, y: self.y + row as i32, z, anchor }
-    }
-
-    /// How many samples of a row are covered.
-    #[inline(always)]
-    fn len(&self, row: usize) -> usize {
-        (self.rows.end[row] - self.rows.start[row]).max(0) as usize
-    }
-
-    /// What weights are made of at a row's anchor.
-    #[inline(always)]
-    fn base(&self, row: usize) -> WeightParts {
-        let [p, q, sum, l, m] = &self.parts;
-        WeightParts { p: p[row], q: q[row], sum: sum[row], l: l[row], m: m[row] }
-    }
 }
 
 impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BLENDS> {
@@ -536,9 +453,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     (self.test, read),
                 );
             }
-        }
-        if !is_narrow {
-            self.expects_hidden = filled == 0;
+            // Where no block is lent, nobody could look.
+            self.expects_hidden = !is_narrow & (filled == 0);
         }
         if BLENDS {
             self.read_tiny(Patch { x: tiny.x, y: tiny.y, block: dimensions }, filled, packet);

@@ -480,10 +480,10 @@ impl Texture {
         sides.map(|side| (side, &self.texels[side * side..2 * side * side]))
     }
 
-    /// Red, green and blue, 0 to 255, bilinear in the nearest mip level: OpenGL's `LINEAR_MIPMAP_NEAREST`; for |uv| < 16.
+    /// Bilinear in the nearest mip level: OpenGL's `LINEAR_MIPMAP_NEAREST`; for |uv| < 16.
     ///
-    /// From the derivatives to the last product each step waits for the one before it, so what counts is how many they are.
-    /// Products are of numbers that a compiler knows to have 16 bits at most: one instruction, and half as long as others.
+    /// From the derivatives to the last product each step waits for the one before it, so what counts is how many they are. A
+    /// row's product is of numbers that a compiler knows to have 16 bits at most: half as long as another one.
     #[inline(always)]
     #[must_use]
     pub fn sample(&self, uv: Vec2, dx: Vec2, dy: Vec2) -> u32 {

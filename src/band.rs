@@ -1,0 +1,101 @@
+//! Bands: a few neighbouring rows of a triangle, solved, and what their fragments start from.
+
+#![expect(clippy::cast_possible_truncation, reason = "rows of a band are under 2⁴")]
+
+use crate::coarse::DepthRow;
+use crate::fragment::WeightParts;
+use crate::interpolate::Varyings;
+use crate::packet::Triangle;
+use crate::plane::{DepthPlane, RowPlane};
+use crate::setup::Setup;
+use crate::target::Borders;
+use crate::traverse::{LANES, Rows, Solver};
+
+/// Some rows of a triangle, ready to be shaded.
+pub(crate) struct Band {
+    /// Changes along a row, of what weights are made of and of depth.
+    pub(crate) step: WeightParts,
+    pub(crate) step_z: f32,
+    pub(crate) rows: Rows,
+    /// What weights are made of, and depth, at the anchors.
+    pub(crate) parts: [[f32; LANES]; 5],
+    pub(crate) z: [f32; LANES],
+    /// The topmost row, and how many there are.
+    pub(crate) y: i32,
+    pub(crate) count: usize,
+    /// Where the triangle ends.
+    pub(crate) bottom: i32,
+}
+
+impl Band {
+    /// Above the first rows.
+    #[inline(always)]
+    pub(crate) fn new<V: Varyings>(setup: &Setup, triangle: Triangle<'_, V>, area: Borders) -> Self {
+        let bounds = setup.borders();
+        Self {
+            step: triangle.shading.step_x(),
+            step_z: triangle.plane.step_x(setup),
+            rows: Rows::EMPTY,
+            parts: [[0.0; LANES]; 5],
+            z: [0.0; LANES],
+            y: bounds.top.max(area.top),
+            count: 0,
+            bottom: bounds.bottom.min(area.bottom),
+        }
+    }
+
+    /// Solves the next rows and cuts them to the area. False when there are no more.
+    #[inline(always)]
+    pub(crate) fn solve<V: Varyings>(
+        &mut self,
+        solver: &Solver,
+        triangle: Triangle<'_, V>,
+        area: Borders,
+    ) -> bool {
+        self.y += self.count as i32;
+        if self.y >= self.bottom {
+            return false;
+        }
+        self.rows = solver.solve(self.y);
+        self.count = LANES.min((self.bottom - self.y) as usize);
+        let (left, right) = (area.left, area.right);
+        for row in 0..LANES {
+            self.rows.start[row] = self.rows.start[row].max(left);
+            self.rows.end[row] = self.rows.end[row].min(right);
+            self.z[row] = triangle.plane.at_edges(self.rows.edges[0][row], self.rows.edges[1][row]);
+        }
+        let [a, b, c] = &self.rows.edges;
+        for row in 0..LANES {
+            let at = triangle.shading.parts([a[row], b[row], c[row]]);
+            let [p, q, sum, l, m] = &mut self.parts;
+            (p[row], q[row], sum[row], l[row], m[row]) = (at.p, at.q, at.sum, at.l, at.m);
+        }
+        true
+    }
+
+    /// The plane of depth along rows.
+    #[inline(always)]
+    pub(crate) fn plane<'a>(&self, plane: &'a DepthPlane) -> RowPlane<'a> {
+        RowPlane::new(plane, self.step_z)
+    }
+
+    /// Depth on a row.
+    #[inline(always)]
+    pub(crate) fn depth<'a>(&self, plane: &'a DepthPlane, row: usize) -> DepthRow<'a> {
+        let (plane, z, anchor) = (self.plane(plane), self.z[row], self.rows.anchor[row]);
+        DepthRow { plane, y: self.y + row as i32, z, anchor }
+    }
+
+    /// How many samples of a row are covered.
+    #[inline(always)]
+    pub(crate) fn len(&self, row: usize) -> usize {
+        (self.rows.end[row] - self.rows.start[row]).max(0) as usize
+    }
+
+    /// What weights are made of at a row's anchor.
+    #[inline(always)]
+    pub(crate) fn base(&self, row: usize) -> WeightParts {
+        let [p, q, sum, l, m] = &self.parts;
+        WeightParts { p: p[row], q: q[row], sum: sum[row], l: l[row], m: m[row] }
+    }
+}
