@@ -23,7 +23,7 @@ fn main() {
         for size in [64, 256, 1024] {
             hidden(criterion, size);
         }
-        for side in [4, 8, 16, 32] {
+        for side in [2, 4, 8, 16, 32] {
             hidden_mesh(criterion, side);
         }
     });
@@ -114,9 +114,10 @@ fn hidden_mesh(criterion: &mut Criterion, side: u16) {
     let along = |i: u16| f32::from(i) / f32::from(count) * 2.0 - 1.0;
     let positions: Vec<Vec4> =
         (0..=count).flat_map(|y| (0..=count).map(move |x| Vec4::new(along(x), along(y), 0.5, 1.0))).collect();
-    let indices: Vec<u32> = (0..u32::from(count * count))
+    let count = u32::from(count);
+    let indices: Vec<u32> = (0..count * count)
         .flat_map(|i| {
-            let (count, row) = (u32::from(count), u32::from(count) + 1);
+            let row = count + 1;
             let corner = i / count * row + i % count;
             [corner, corner + 1, corner + row, corner + row, corner + 1, corner + row + 1]
         })
@@ -128,7 +129,7 @@ fn hidden_mesh(criterion: &mut Criterion, side: u16) {
     let does_not = says.with_depth_test(Unsaid);
     let primitives = Primitives::list().indexed(&indices);
     let mut group = criterion.benchmark_group("depth");
-    group.throughput(Throughput::Elements(u64::from(count) * u64::from(count) * 2));
+    group.throughput(Throughput::Elements(u64::from(count * count * 2)));
 
     let mut draw = |name: &str, draw: &mut dyn FnMut() -> Statistics| {
         assert_eq!(draw().fragments, 0, "{name} of {side}");
@@ -140,5 +141,11 @@ fn hidden_mesh(criterion: &mut Criterion, side: u16) {
     });
     draw("hidden_mesh_unsaid", &mut || {
         does_not.draw(&mut target, primitives, &positions[..], (), shade).expect("valid indices")
+    });
+    draw("hidden_mesh_depth", &mut || {
+        says.draw_depth(&mut target, primitives, &positions[..]).expect("valid indices")
+    });
+    draw("hidden_mesh_depth_unsaid", &mut || {
+        does_not.draw_depth(&mut target, primitives, &positions[..]).expect("valid indices")
     });
 }

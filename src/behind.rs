@@ -1,46 +1,105 @@
 //! Small triangles that are hidden: all depths around them are nearer.
 //!
 //! Of a scene with much behind other things, more than half of the triangles may be hidden when they come, most often one
-//! after the other. So where the last triangle was hidden, the next one's nearest corner is compared with the depths in its
-//! bounds, before anything else of it is worked out: a load and a comparison for four pixels, instead of edge functions, depth
-//! and coverage. The picture is the same as without it, to the bit.
+//! after the other. So of each batch, before anything of it is set up, the first one's nearest corner is compared with the depths
+//! in its bounds: a load and a comparison for four pixels, instead of edge functions, depth and coverage. As long as such looks
+//! find something, the next one is looked at, too. The picture is the same as without it, to the bit.
 
 #![expect(clippy::cast_possible_truncation, reason = "windows are up to 16 pixels wide")]
 #![expect(clippy::cast_possible_wrap, reason = "windows are up to 16 pixels wide")]
 
 use glam::Vec4;
 
-use crate::depth::{DepthTest, passes};
-use crate::plane::DepthPlane;
-use crate::setup::Setup;
+use crate::coarse::direction;
+use crate::depth::{DepthBias, DepthFormat, DepthTest, passes};
+use crate::plane::nearest;
+use crate::project::ProjectedVertex;
+use crate::setup::sample_bounds;
 use crate::target::{Borders, Framebuffer, lend};
+use crate::triple::each;
 
-/// The largest extent of a triangle that is looked at, in pixels. Of larger ones, more and more of the bounds is not theirs.
-const SIDE: u32 = 32;
+/// The largest extent of a triangle that is looked at, in samples. Of larger ones, more and more of the bounds is not theirs.
+const SIDE: i32 = 32;
 
-/// True only if no sample of a triangle can pass. If `is_less`, the test passes smaller depths, or else larger ones.
-#[inline(always)]
-pub(crate) fn is_behind<F: Framebuffer>(
-    target: &mut F,
-    (target_area, render_area): (Borders, Borders),
-    (test, is_less): (impl DepthTest, bool),
-    setup: &Setup,
-    plane: &DepthPlane,
-) -> bool {
-    if setup.extent() > SIDE << 8 {
-        return false;
+/// After so many looks in a row that were in vain, no more of a batch are looked at; and but one of the next.
+const IN_VAIN: u32 = 3;
+
+/// A look at the depths around triangles that are about to be drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Glance<T> {
+    /// What the framebuffer has, and which of it may be drawn to.
+    target_area: Borders,
+    render_area: Borders,
+    test: T,
+    depth_limits: (f32, f32),
+    /// Whether nearer is less.
+    is_less: bool,
+    /// How many looks in a row were in vain.
+    in_vain: u32,
+}
+
+impl<T: DepthTest> Glance<T> {
+    /// None if nothing is known of what the test compares, or if the bias may bring triangles nearer.
+    pub(crate) fn new(
+        (target_area, render_area): (Borders, Borders),
+        test: T,
+        bias: Option<DepthBias>,
+        depth_limits: (f32, f32),
+    ) -> Option<Self> {
+        let is_less = direction(test)?;
+        let is_away = |DepthBias { constant, slope, .. }| {
+            let sign = if is_less { 1.0 } else { -1.0 };
+            (0.0..=f32::MAX).contains(&(constant * sign)) & (0.0..=f32::MAX).contains(&(slope * sign))
+        };
+        bias.is_none_or(is_away).then_some(Self {
+            target_area,
+            render_area,
+            test,
+            depth_limits,
+            is_less,
+            in_vain: 0,
+        })
     }
-    let (bounds, nearest) = (setup.borders(), plane.nearest(setup, is_less));
-    let rows = bounds.intersection(render_area);
-    let rows = (rows.top, rows.bottom);
-    match bounds.right - bounds.left {
-        ..=4 => hide::<_, 4>(target, target_area, (bounds.left, rows), test, nearest),
-        5..=8 => hide::<_, 8>(target, target_area, (bounds.left, rows), test, nearest),
-        9..=12 => hide::<_, 12>(target, target_area, (bounds.left, rows), test, nearest),
-        13..=16 => hide::<_, 16>(target, target_area, (bounds.left, rows), test, nearest),
-        _ => {
-            hide::<_, 16>(target, target_area, (bounds.left, rows), test, nearest)
-                && hide::<_, 16>(target, target_area, (bounds.right - 16, rows), test, nearest)
+
+    /// Before the first look at a batch.
+    #[inline(always)]
+    pub(crate) fn begin(&mut self) {
+        self.in_vain = self.in_vain.min(IN_VAIN - 1);
+    }
+
+    /// Whether no sample of the triangle with these corners can pass, for all that a look can tell; `None` if looks are not worth it.
+    #[inline(always)]
+    pub(crate) fn is_behind<F: Framebuffer>(
+        &mut self,
+        target: &mut F,
+        corners: [ProjectedVertex; 3],
+    ) -> Option<bool> {
+        if self.in_vain >= IN_VAIN || !F::Depth::IS_STORED {
+            return None;
+        }
+        let [a, b, c] = corners;
+        let bounds = sample_bounds(a, b, c);
+        let is_small = (bounds.right - bounds.left).max(bounds.bottom - bounds.top) <= SIDE;
+        let z = nearest(each(corners, |corner| corner.depth()), self.is_less, self.depth_limits);
+        let is_behind = is_small && self.is_hidden(target, bounds, z);
+        self.in_vain = if is_behind { 0 } else { self.in_vain + 1 };
+        Some(is_behind)
+    }
+
+    /// Whether all depths in these bounds, up to 32 pixels wide, hide this one.
+    #[inline(always)]
+    fn is_hidden<F: Framebuffer>(&self, target: &mut F, bounds: Borders, z: f32) -> bool {
+        let rows = bounds.intersection(self.render_area);
+        let (area, test, rows) = (self.target_area, self.test, (rows.top, rows.bottom));
+        match bounds.right - bounds.left {
+            ..=4 => hide::<_, 4>(target, area, (bounds.left, rows), test, z),
+            5..=8 => hide::<_, 8>(target, area, (bounds.left, rows), test, z),
+            9..=12 => hide::<_, 12>(target, area, (bounds.left, rows), test, z),
+            13..=16 => hide::<_, 16>(target, area, (bounds.left, rows), test, z),
+            _ => {
+                hide::<_, 16>(target, area, (bounds.left, rows), test, z)
+                    && hide::<_, 16>(target, area, (bounds.right - 16, rows), test, z)
+            }
         }
     }
 }
@@ -84,13 +143,10 @@ fn hide<F: Framebuffer, const N: usize>(
 mod tests {
     extern crate std;
     use super::*;
-    use crate::coarse::direction;
-    use crate::depth::{
-        Always, CompareOp, DepthBias, DepthFormat, Equal, Greater, GreaterOrEqual, Less, LessOrEqual,
-    };
+    use crate::depth::{Always, CompareOp, DepthState, Equal, Greater, GreaterOrEqual, Less, LessOrEqual};
     use crate::primitive::Primitives;
-    use crate::project::ProjectedVertex;
     use crate::rasterizer::Rasterizer;
+    use crate::setup::Setup;
     use crate::target::{Absent, Rect, Surface};
     use crate::viewport::Viewport;
     use std::vec::Vec;
@@ -145,30 +201,50 @@ mod tests {
             for _ in 0..600 {
                 let scale = if next() < 0.5 { 1.0 } else { f32::MIN_POSITIVE * (1 << 18) as f32 * next() };
                 let setup = triangle(&mut next, size, scale);
-                let bias =
-                    DepthBias { constant: 0.0, slope: if next() < 0.5 { 0.0 } else { -0.5 }, clamp: 0.0 };
-                let plane = DepthPlane::new::<f32>(&setup, bias.unless_zero(), (0.0, 1.0));
-                let (low, high) = (plane.nearest(&setup, true), plane.nearest(&setup, false));
+                let corners = setup.corners();
+                let of_corners = each(corners, |corner| corner.depth());
+                let (low, high) =
+                    (nearest(of_corners, true, (0.0, 1.0)), nearest(of_corners, false, (0.0, 1.0)));
                 let area = Rect { x: -12, y: -12, width: 64, height: 64 };
+                let slope = [0.0, 0.5, -0.5][(next() * 3.0) as usize];
                 depths.fill(-1.0);
                 let mut target =
                     Surface::with_planes(Absent::default(), &mut depths[..], area, 64).expect("it fits");
                 let mut rasterizer = Rasterizer::<()>::new(Viewport::of_size(40, 40).expect("valid"));
-                rasterizer.depth_bias = bias;
-                let corners = setup.corners();
+                rasterizer.depth_bias = DepthBias { constant: 0.0, slope, clamp: 0.0 };
                 let rasterizer = rasterizer.with_depth_test(Always);
                 let positions = [glam::Vec4::W; 3];
                 let projected = crate::project::Projected::new(&corners, &positions).expect("as many");
                 rasterizer.draw(&mut target, Primitives::list(), projected, (), |_| ()).expect("no index");
                 for &z in depths.iter().filter(|&&z| z >= 0.0) {
-                    assert!(low <= z && z <= high, "{low} {z} {high} of {setup:?}");
-                    if scale == 1.0 {
+                    assert!(low <= z || slope < 0.0, "{low} {z} of {setup:?}");
+                    assert!(z <= high || slope > 0.0, "{z} {high} of {setup:?}");
+                    if scale == 1.0 && slope == 0.0 {
                         tightest = tightest.min(z - low).min(high - z);
                     }
                 }
             }
         }
-        assert!(tightest < 1e-5, "and hardly farther: {tightest}");
+        assert!(tightest < 2e-5, "and hardly farther: {tightest}");
+    }
+
+    #[test]
+    fn nothing_is_left_out_that_a_bias_may_bring_nearer() {
+        let areas = [Rect::of_size(9, 9).borders(); 2];
+        let looks = |test, constant, slope| {
+            let bias = DepthBias { constant, slope, clamp: 0.0 }.unless_zero();
+            Glance::new((areas[0], areas[1]), test, bias, (0.0, 1.0)).is_some()
+        };
+        let (less, greater) = (CompareOp::Less, CompareOp::Greater);
+        let test = |compare| DepthState { compare, write: true };
+        assert!(looks(test(less), 0.0, 0.0) && looks(test(greater), 0.0, 0.0), "without");
+        assert!(looks(test(less), 2.0, 1.5) && looks(test(greater), -2.0, -1.5), "away");
+        assert!(looks(test(less), -0.0, 1.0), "the sign of a zero is nothing");
+        for (constant, slope) in [(-1.0, 0.0), (1.0, -1.0), (f32::NAN, 0.0), (0.0, f32::INFINITY)] {
+            assert!(!looks(test(less), constant, slope), "{constant} {slope}");
+            assert!(!looks(test(greater), -constant, -slope), "the other way {constant} {slope}");
+        }
+        assert!(!looks(test(less), f32::INFINITY, 0.0) && !looks(test(CompareOp::Equal), 0.0, 0.0));
     }
 
     #[test]
@@ -179,10 +255,9 @@ mod tests {
             Rect { x: 3, y: 2, width: 5, height: 40 },
             Rect { x: 10, y: 10, width: 19, height: 1 },
         ];
-        for size in [3.0, 4.0, 8.0, 12.0, 16.0, 32.0, 33.0] {
+        for size in [1.5, 3.0, 4.0, 8.0, 12.0, 16.0, 32.0, 33.0] {
             for _ in 0..60 {
                 let setup = triangle(&mut next, size, 1.0);
-                let plane = DepthPlane::new::<f32>(&setup, None, (0.0, 1.0));
                 let edges = setup.edges();
                 for area in frames {
                     let mut depths = std::vec![-1.0f32; area.width as usize * area.height as usize];
@@ -192,7 +267,9 @@ mod tests {
                         let stride = area.width as usize;
                         let mut target =
                             Surface::with_planes(Absent::default(), depths, area, stride).expect("it fits");
-                        super::is_behind(&mut target, areas, (Less, true), &setup, &plane)
+                        let mut glance =
+                            Glance::new(areas, Less, None, (0.0, 1.0)).expect("it has a direction");
+                        glance.is_behind(&mut target, setup.corners()) == Some(true)
                     };
                     // A framebuffer narrower than a window cannot tell, and larger triangles are not looked at.
                     assert!(
@@ -212,6 +289,40 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn looks_end_where_they_are_in_vain() {
+        let area = Rect::of_size(40, 40);
+        let mut depths = [0.0; 40 * 40];
+        depths[20 * 40..].fill(1.0);
+        let mut target = Surface::depth_only(&mut depths, 40, 40).expect("it fits");
+        let mut glance =
+            Glance::new((area.borders(), area.borders()), Less, None, (0.0, 1.0)).expect("so it is");
+        let mut look = |glance: &mut Glance<Less>, x: i32, y: i32| {
+            let vertex = |x, y| ProjectedVertex::new(x * 256, y * 256, 0.5, 1.0).expect("in range");
+            glance.is_behind(&mut target, [vertex(x, y), vertex(x, y + 5), vertex(x + 5, y)])
+        };
+        glance.begin();
+        let (hidden, seen) = ((3, 3), (3, 25));
+        let mut looks = |glance: &mut Glance<Less>, at: &[(i32, i32)]| {
+            at.iter().map(|&(x, y)| look(glance, x, y)).collect::<Vec<_>>()
+        };
+        let (yes, no) = (Some(true), Some(false));
+        assert_eq!(
+            looks(&mut glance, &[hidden, seen, hidden, seen]),
+            [yes, no, yes, no],
+            "as long as it pays"
+        );
+        assert_eq!(looks(&mut glance, &[seen, seen, hidden, hidden]), [no, no, None, None], "no longer");
+        glance.begin();
+        assert_eq!(looks(&mut glance, &[seen, hidden]), [no, None], "one in the next batch");
+        glance.begin();
+        assert_eq!(
+            looks(&mut glance, &[hidden, seen, hidden]),
+            [yes, no, yes],
+            "and more again if that pays"
+        );
     }
 
     /// Draws many small triangles over each other. What they leave is the same whether hidden ones are left out early or not.
@@ -246,6 +357,24 @@ mod tests {
                 let expected = does_not.draw(&mut target, Primitives::list(), &positions[..], (), number);
                 assert_eq!(drawn, expected, "statistics");
                 assert!(color == other && depth == other_depth, "the picture");
+
+                depth.fill(D::from_depth(far));
+                let mut target = Surface::depth_only(&mut depth, width, height).expect("it fits");
+                let drawn = looks.draw_depth(&mut target, Primitives::list(), &positions[..]);
+                assert_eq!(drawn, expected, "statistics of depths alone");
+                assert!(depth == other_depth, "depths alone");
+
+                color.fill(0);
+                depth.fill(D::from_depth(far));
+                let mut target = Surface::new(&mut color, &mut depth, width, height).expect("it fits");
+                let mut records = std::vec![crate::Record::default(); 3000];
+                let mut preparation = looks
+                    .prepare(target.area(), Primitives::list(), &positions[..], ())
+                    .expect("no index is out of range");
+                let records = preparation.fill(&mut records).expect("there is room").expect("there are some");
+                let drawn = looks.draw_prepared(&mut target, records, number);
+                assert_eq!(Ok(drawn.fragments), expected.map(|all| all.fragments), "statistics of records");
+                assert!(color == other && depth == other_depth, "of records");
             }
         }
     }
@@ -254,6 +383,7 @@ mod tests {
     fn the_picture_is_the_same_where_nothing_is_left_out() {
         compare::<f32>(Less, 1.0, 0.0);
         compare::<f32>(LessOrEqual, 1.0, 2.0);
+        compare::<f32>(Less, 1.0, -2.0);
         compare::<u16>(LessOrEqual, 1.0, 0.0);
         compare::<f32>(Greater, 0.0, -0.25);
         compare::<u16>(GreaterOrEqual, 0.0, 0.0);
@@ -297,14 +427,16 @@ mod tests {
         let positions = triangle.repeat(triangles);
         let drawn = rasterizer.draw(&mut target, Primitives::list(), &positions[..], (), |_| 1);
         assert_eq!(drawn.map(|drawn| drawn.fragments), Ok(0), "all are hidden");
+        let drawn = rasterizer.draw_depth(&mut target, Primitives::list(), &positions[..]);
+        assert_eq!(drawn.map(|drawn| drawn.fragments), Ok(0), "all are hidden");
         target.1
     }
 
     #[test]
-    fn after_a_hidden_triangle_hidden_ones_are_left_out() {
+    fn hidden_triangles_are_left_out() {
         if crate::traverse::HAS_FLOAT_LANES {
-            assert_eq!(runs(Less, 10), runs(Less, 1), "only the first is traversed");
-            assert!(runs(Unsaid(Less), 10) > runs(Less, 1), "all are");
+            assert_eq!(runs(Less, 200), runs(Less, 0), "none is traversed");
+            assert!(runs(Unsaid(Less), 10) > runs(Less, 0) + 100, "all are");
         }
     }
 

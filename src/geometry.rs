@@ -47,7 +47,7 @@ impl Facing {
 }
 
 /// How many triangles are looked at before the first of them is drawn.
-const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 1 };
+pub(crate) const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 1 };
 
 /// A *minute* triangle is one whose bounds hold at most two by two samples. With more of them in a batch than this, it is
 /// worth finding out which samples they cover. In other batches those that cover none become pieces, and records, that draw
@@ -130,8 +130,8 @@ struct Batch {
     next: usize,
     /// The number of the first triangle.
     primitive: u32,
-    /// Whether it is worth telling where those in the list lie, and was not told yet.
-    has_news: bool,
+    /// How many of those in the list are minute.
+    minute: u32,
 }
 
 impl Batch {
@@ -146,7 +146,7 @@ impl Batch {
         count: 0,
         next: 0,
         primitive: 0,
-        has_news: false,
+        minute: 0,
     };
 
     /// About where the triangles of the list lie: the bounds of every eighth of them, and of the last one.
@@ -193,6 +193,27 @@ mod verdict {
     pub(super) const HIDDEN: u32 = 1 << 3;
     pub(super) const UNDECIDED: u32 = 1 << 4;
     pub(super) const COVERED_SHIFT: u32 = 8;
+}
+
+/// Leaves out those of the first `len` that are hidden; asks of one after the other until nothing is known. Gives how many are left.
+#[inline(always)]
+pub(crate) fn leave_out<T: Copy>(
+    list: &mut [T; BATCH],
+    len: usize,
+    mut is_hidden: impl FnMut(T) -> Option<bool>,
+) -> usize {
+    let len = len.min(BATCH);
+    let (mut at, mut left) = (0, 0);
+    while at < len {
+        let Some(is_hidden) = is_hidden(list[at]) else { break };
+        list[left] = list[at];
+        left += usize::from(!is_hidden);
+        at += 1;
+    }
+    if left < at {
+        list.copy_within(at..len, left);
+    }
+    left + (len - at)
 }
 
 /// Where vertices come from.
@@ -267,9 +288,9 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         }
     }
 
-    /// Fills the batch. False when there are no more triangles.
+    /// Takes in the next batch. False when there are no more triangles.
     #[inline(always)]
-    fn refill(&mut self) -> bool {
+    pub(crate) fn refill(&mut self) -> bool {
         self.batch.primitive = self.batch.primitive.wrapping_add(self.batch.count as u32);
         let Self { triangles, vertices, batch, .. } = self;
         let [a, b, c] = &mut batch.corners;
@@ -314,7 +335,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// Finds out which of the batch's triangles have to be drawn.
     #[inline(always)]
     fn sift(&mut self, count: usize) {
-        (self.batch.len, self.batch.next, self.batch.has_news) = (0, 0, false);
+        (self.batch.len, self.batch.next, self.batch.minute) = (0, 0, 0);
         self.batch.split_corners();
         // Meshes turn their backs in long stretches: whole batches end here.
         if self.sift_by_facing(count) == 0 {
@@ -331,9 +352,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             list[len & (BATCH - 1)] = i;
             len += usize::from(*verdict & verdict::HIDDEN == 0);
         }
-        self.batch.len = len;
-        // Minute triangles are so many to a cache line that hardly one of them needs a new one.
-        self.batch.has_news = (len >= SOME) & (2 * minute as usize <= len);
+        (self.batch.len, self.batch.minute) = (len, minute);
     }
 
     /// Hides triangles that are culled. Gives how many are left.
@@ -456,13 +475,30 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         }
     }
 
-    /// About where the next few triangles lie, in the area, if there are some: told once.
+    /// About where those triangles of the batch lie that may be seen, if it is worth fetching their pixels together.
     #[inline(always)]
-    pub(crate) fn take_neighbourhood(&mut self) -> Option<Borders> {
-        core::mem::take(&mut self.batch.has_news).then(|| self.batch.neighbourhood().intersection(self.area))
+    pub(crate) fn neighbourhood(&self) -> Option<Borders> {
+        let Batch { len, minute, .. } = self.batch;
+        // Minute triangles are so many to a cache line that hardly one of them needs a new one.
+        let is_worth_it = (len >= SOME) & (2 * minute as usize <= len);
+        is_worth_it.then(|| self.batch.neighbourhood().intersection(self.area))
     }
 
-    /// The next piece. `fan` is where it keeps what is left of a clipped triangle; it starts empty.
+    /// Leaves out triangles of the batch, none of which was drawn yet, that are hidden where their corners are these: see
+    /// [`leave_out`].
+    #[inline(always)]
+    pub(crate) fn leave_out(&mut self, mut is_hidden: impl FnMut([ProjectedVertex; 3]) -> Option<bool>) {
+        let Batch { triangles, verdicts, list, len, .. } = &mut self.batch;
+        *len = leave_out(list, *len, |lane| {
+            let lane = lane & (BATCH - 1);
+            if verdicts[lane] & verdict::UNDECIDED != 0 {
+                return Some(false);
+            }
+            is_hidden(self.vertices.corners(triangles[lane].vertices()))
+        });
+    }
+
+    /// The batch's next piece. `fan` is where it keeps what is left of a clipped triangle; it starts empty.
     #[inline(always)]
     pub(crate) fn next(&mut self, fan: &mut Option<Fan>) -> Option<Piece> {
         loop {
@@ -473,10 +509,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 continue;
             }
             if self.batch.next >= self.batch.len {
-                if !self.refill() {
-                    return None;
-                }
-                continue;
+                return None;
             }
             let lane = *self.batch.list.get(self.batch.next)? & (BATCH - 1);
             self.batch.next += 1;
@@ -635,6 +668,19 @@ mod tests {
         vertices
     }
 
+    /// The next piece of all batches.
+    fn next<I: Index, P: Positions>(
+        geometry: &mut Geometry<'_, I, P>,
+        fan: &mut Option<Fan>,
+    ) -> Option<Piece> {
+        loop {
+            let piece = geometry.next(fan);
+            if piece.is_some() || !geometry.refill() {
+                return piece;
+            }
+        }
+    }
+
     #[test]
     fn the_sieve_decides_as_the_integers_do() {
         let vertices = vertices(30_000);
@@ -652,7 +698,7 @@ mod tests {
             let triangles = Primitives::list().triangles(vertices.len());
             let mut geometry = Geometry::new(triangles, projected, projector, facing, area);
             let (mut pieces, mut fan) = (Vec::new(), None);
-            while let Some(piece) = geometry.next(&mut fan) {
+            while let Some(piece) = next(&mut geometry, &mut fan) {
                 let first = 3 * piece.identity.primitive as usize;
                 let named = piece.setup.order().map(|i| first + usize::from(i));
                 assert_eq!(piece.vertices, named, "in the order of the corners: {:?}", piece.setup);
@@ -728,16 +774,31 @@ mod tests {
         let projected = Projected::new(&vertices, &positions[..vertices.len()]).expect("as many");
         let triangles = Primitives::list().triangles(vertices.len());
         let mut geometry = Geometry::new(triangles, projected, projector, facing, area);
-        assert!(geometry.take_neighbourhood().is_none(), "nothing is known before the first");
-        assert!(geometry.next(&mut None).is_some(), "it is seen");
-        let told = geometry.take_neighbourhood();
-        assert!(geometry.take_neighbourhood().is_none(), "told once");
-        told
+        assert!(geometry.neighbourhood().is_none(), "nothing is known before the first");
+        assert!(geometry.refill(), "there are some");
+        geometry.neighbourhood()
+    }
+
+    #[test]
+    fn what_is_hidden_is_left_out_until_nothing_is_known() {
+        let hides = |hidden: &[usize], known: usize, len: usize| {
+            let mut list = core::array::from_fn::<usize, BATCH, _>(|i| i);
+            let left = leave_out(&mut list, len, |i| (i < known).then(|| hidden.contains(&i)));
+            list[..left].to_vec()
+        };
+        if BATCH > 8 {
+            assert_eq!(hides(&[0, 2, 3], 8, 6), [1, 4, 5], "in the middle");
+            assert_eq!(hides(&[0, 2, 3, 5], 3, 6), [1, 3, 4, 5], "the rest is not asked for");
+            assert_eq!(hides(&[], 8, 6), [0, 1, 2, 3, 4, 5], "none");
+            assert_eq!(hides(&[0, 1], 0, 3), [0, 1, 2], "nothing is known");
+        }
+        assert!(hides(&(0..BATCH).collect::<Vec<_>>(), BATCH, BATCH).is_empty(), "all");
+        assert!(hides(&[], BATCH, 0).is_empty(), "of none");
     }
 
     #[test]
     #[cfg_attr(not(target_arch = "x86_64"), ignore = "nothing is fetched ahead where there is no SIMD")]
-    fn the_neighbourhood_of_a_batch_is_told_once() {
+    fn the_neighbourhood_of_a_batch_is_told() {
         let area = Rect::of_size(200, 100);
         let borders = |left, top, right, bottom| Rect::from_edges(left, top, right, bottom).borders();
         let told = |bounds: Option<Borders>| bounds.map(|b| [b.left, b.top, b.right, b.bottom]);

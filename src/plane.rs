@@ -54,24 +54,6 @@ impl DepthPlane {
         self.clamp(self.at_edges(e0, e1))
     }
 
-    /// A depth that no sample of a triangle is nearer than, where nearer is less or where it is greater: that of the nearest
-    /// corner, and a margin. All roundings on the way to a sample's depth, by steps along a row or not, add up to less than
-    /// 20 · 2⁻²⁴ of the numbers that it is made of; 2⁻¹⁹ are taken. Where these underflow, their errors of 2⁻¹⁵⁰ are multiplied by
-    /// edge functions of up to 2²⁶, a few times: less than 2⁻¹²⁰ for triangles up to 32 pixels large.
-    #[inline(always)]
-    pub(crate) fn nearest(&self, setup: &Setup, is_less: bool) -> f32 {
-        let [p, q, r] = each(setup.corners(), |corner| corner.depth());
-        let (p, q) = (p - r, q - r);
-        let margin = (self.z.abs() + p.abs() + q.abs()) * (1.0 / (1 << 19) as f32) + 64.0 * f32::MIN_POSITIVE;
-        let least = |a: f32, b: f32| if a < b { a } else { b };
-        let z = if is_less {
-            self.z + least(least(p, q), 0.0) - margin
-        } else {
-            self.z - least(least(-p, -q), 0.0) + margin
-        };
-        self.clamp(z)
-    }
-
     /// Change by a pixel to the right. Only triangles that are drawn in rows need it.
     #[inline(always)]
     pub(crate) fn step_x(&self, setup: &Setup) -> f32 {
@@ -112,6 +94,23 @@ impl DepthPlane {
         let low = self.low.to_bits();
         z.to_bits().wrapping_sub(low) <= self.high.to_bits().wrapping_sub(low)
     }
+}
+
+/// A depth that no sample of a triangle with these depths at its corners is nearer than, where nearer is less or where it is
+/// greater: that of the nearest corner, and a margin.
+///
+/// All roundings on the way to a sample's depth, by steps along a row or not, add up to less than 20 · 2⁻²⁴ of the numbers that it
+/// is made of: of the depth at one corner, and of two differences from there. Whichever that corner is, they are no more than
+/// three times as many as from `a`; 2⁻¹⁸ are taken. Where these underflow, their errors of 2⁻¹⁵⁰ are multiplied by edge functions
+/// of up to 2²⁷, a few times: less than 2⁻¹²⁰ for triangles up to 32 pixels large.
+#[inline(always)]
+pub(crate) fn nearest([a, b, c]: [f32; 3], is_less: bool, (low, high): (f32, f32)) -> f32 {
+    let (b, c) = (b - a, c - a);
+    let margin = (a.abs() + b.abs() + c.abs()) * (1.0 / (1 << 18) as f32) + 64.0 * f32::MIN_POSITIVE;
+    let least = |a: f32, b: f32| if a < b { a } else { b };
+    let z =
+        if is_less { a + least(least(b, c), 0.0) - margin } else { a - least(least(-b, -c), 0.0) + margin };
+    clamp(z, low, high)
 }
 
 /// A triangle's depth at four samples at a time. (Made once for each triangle: from a plane in memory, which the depths that

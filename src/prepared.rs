@@ -21,7 +21,7 @@ use glam::Vec4;
 use crate::depth::DepthTest;
 use crate::fan::{Fan, History, Piece, at_corners};
 use crate::fragment::{Fragment, Identity};
-use crate::geometry::Geometry;
+use crate::geometry::{BATCH, Geometry, leave_out};
 use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, ProjectedVertex, Projector};
@@ -96,19 +96,23 @@ impl<V: Copy> Record<V> {
         self.primitive
     }
 
+    /// Of a whole triangle, in canonical order.
+    #[inline(always)]
+    fn corners(&self) -> Option<[ProjectedVertex; 3]> {
+        (self.kind == Kind::Whole).then(|| each(self.words, ProjectedVertex::from_words))
+    }
+
     /// The pixels whose samples lie in its bounding box: left, top, right, bottom. `None` where [`setup`](Self::setup) is.
     #[inline(always)]
     pub(crate) fn bounds(&self) -> Option<Borders> {
-        let [a, b, c] = each(self.words, ProjectedVertex::from_words);
-        (self.kind == Kind::Whole).then(|| sample_bounds(a, b, c))
+        self.corners().map(|[a, b, c]| sample_bounds(a, b, c))
     }
 
     /// Its geometry. `None` of a triangle that is clipped when it is drawn, and of a blank record.
     #[inline(always)]
     #[must_use]
     pub fn setup(&self) -> Option<Setup> {
-        let corners = each(self.words, ProjectedVertex::from_words);
-        (self.kind == Kind::Whole).then(|| Setup::of_corners(corners, self.detail))
+        self.corners().map(|corners| Setup::of_corners(corners, self.detail))
     }
 
     #[inline(always)]
@@ -239,7 +243,12 @@ impl<I: Index, P: Positions, A: Attributes> Preparation<'_, I, P, A> {
     fn next(&mut self) -> Option<Record<A::Value>> {
         loop {
             let mut fan = None;
-            let piece = self.geometry.next(&mut fan)?;
+            let Some(piece) = self.geometry.next(&mut fan) else {
+                if !self.geometry.refill() {
+                    return None;
+                }
+                continue;
+            };
             let values = each(piece.vertices, |index| self.varyings.fetch(index));
             let [Some(a), Some(b), Some(c)] = values else { continue };
             // Of a clipped triangle, the first piece that may be seen stands for all: the rest of the fan is dropped.
@@ -262,6 +271,10 @@ impl<I: Index, P: Positions, A: Attributes> Preparation<'_, I, P, A> {
 /// Records, to be drawn.
 struct Records<'r, R, V> {
     records: R,
+    /// Those to be drawn next, how many they are, and the place of the first of them that was not drawn yet.
+    batch: [Option<&'r Record<V>>; BATCH],
+    len: usize,
+    next: usize,
     /// The one that came last.
     record: Option<&'r Record<V>>,
     projector: Projector,
@@ -274,8 +287,33 @@ struct Records<'r, R, V> {
 
 impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'r, R, V> {
     #[inline(always)]
+    fn refill(&mut self) -> bool {
+        (self.len, self.next) = (0, 0);
+        while self.len < BATCH {
+            let Some(record) = self.records.next() else { break };
+            if record.bounds().map_or(record.kind == Kind::Clipped, |bounds| bounds.overlaps(self.area)) {
+                self.batch[self.len] = Some(record);
+                self.len += 1;
+            }
+        }
+        self.len > 0
+    }
+
+    #[inline(always)]
+    fn leave_out(&mut self, mut is_hidden: impl FnMut([ProjectedVertex; 3]) -> Option<bool>) {
+        self.len = leave_out(&mut self.batch, self.len, |record| {
+            record.and_then(Record::corners).map_or(Some(false), &mut is_hidden)
+        });
+    }
+
+    #[inline(always)]
+    fn neighbourhood(&self) -> Option<Borders> {
+        // A tile's pixels are near already.
+        None
+    }
+
+    #[inline(always)]
     fn next(&mut self) -> Option<Piece> {
-        let area = self.area;
         loop {
             if let Some(fan) = &mut self.fan {
                 let Some(piece) = fan.next(&self.projector) else {
@@ -283,28 +321,23 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
                     continue;
                 };
                 let [a, b, c] = piece.setup.corners();
-                if sample_bounds(a, b, c).overlaps(area) {
+                if sample_bounds(a, b, c).overlaps(self.area) {
                     return Some(piece);
                 }
                 continue;
             }
-            let record = self.records.next()?;
-            self.record = Some(record);
-            match record.bounds() {
-                Some(bounds) if bounds.overlaps(area) => {
-                    let (setup, identity) = (record.setup()?, record.identity());
-                    return Some(Piece { setup, vertices: [0; 3], identity, in_fan: 0, covered: 0 });
-                }
-                None if record.kind == Kind::Clipped => self.fan = Some(record.fan(&self.projector)),
-                _ => {}
+            if self.next >= self.len {
+                return None;
             }
+            let record = (*self.batch.get(self.next)?)?;
+            self.next += 1;
+            self.record = Some(record);
+            if let Some(setup) = record.setup() {
+                let identity = record.identity();
+                return Some(Piece { setup, vertices: [0; 3], identity, in_fan: 0, covered: 0 });
+            }
+            self.fan = Some(record.fan(&self.projector));
         }
-    }
-
-    #[inline(always)]
-    fn take_neighbourhood(&mut self) -> Option<Borders> {
-        // A tile's pixels are near already.
-        None
     }
 
     #[inline(always)]
@@ -463,7 +496,17 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     {
         let (projector, area) = (self.projector(), self.render_area(target));
         let (records, area) = (records.into_iter(), area.borders());
-        let mut source = Records { records, record: None, projector, area, fan: None, values: None };
+        let mut source = Records {
+            records,
+            batch: [None; BATCH],
+            len: 0,
+            next: 0,
+            record: None,
+            projector,
+            area,
+            fan: None,
+            values: None,
+        };
         self.draw_triangles::<_, _, _, BLENDS>(target, &mut source, shade)
     }
 }

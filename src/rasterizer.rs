@@ -7,8 +7,9 @@ use core::marker::PhantomData;
 use glam::Vec4;
 
 use crate::ahead;
+use crate::behind::Glance;
 use crate::clip::DepthClip;
-use crate::coarse::{Coarse, direction};
+use crate::coarse::Coarse;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
 use crate::depth_pass::DepthPass;
 use crate::fan::{Fan, History, Piece, at_corners};
@@ -410,15 +411,22 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let mut fan = None;
         let coarse = Coarse::new(target, render_area, self.depth_test);
         let (target_area, render_area) = (target_area.borders(), render_area.borders());
+        let mut glance = Glance::new((target_area, render_area), self.depth_test, bias, limits);
         let mut pass = DepthPass { target, target_area, render_area, test: self.depth_test, coarse };
         let mut passed = 0;
-        while let Some(piece) = geometry.next(&mut fan) {
-            if let Some(bounds) = geometry.take_neighbourhood() {
+        while geometry.refill() {
+            if let Some(glance) = &mut glance {
+                glance.begin();
+                geometry.leave_out(|corners| glance.is_behind(pass.target, corners));
+            }
+            if let Some(bounds) = geometry.neighbourhood() {
                 ahead::fetch::<_, false>(pass.target, bounds);
             }
-            let Piece { setup, covered, .. } = piece;
-            let plane = DepthPlane::new::<F::Depth>(&setup, bias, limits);
-            passed += pass.draw((&setup, covered), &plane);
+            while let Some(piece) = geometry.next(&mut fan) {
+                let Piece { setup, covered, .. } = piece;
+                let plane = DepthPlane::new::<F::Depth>(&setup, bias, limits);
+                passed += pass.draw((&setup, covered), &plane);
+            }
         }
         let mut statistics = geometry.statistics;
         statistics.fragments += passed;
@@ -501,7 +509,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let mut statistics = Statistics::default();
         if !HAS_FLOAT_LANES {
             let mut draw = self.one_by_one(target, shade);
-            while let Some(piece) = source.next() {
+            while let Some(piece) = next(source) {
                 let history = source.history(&piece);
                 let Some(&varyings) = source.varyings(&piece, history.as_ref()) else { continue };
                 let pedigree = history.as_ref().map(History::pedigree);
@@ -520,7 +528,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let mut any = || target.run(render_area.x, render_area.y, 1).color.first().copied();
         let Some(color) = (if render_area.is_empty() { None } else { any() }) else {
             // Nothing can be drawn; the geometry counts its triangles all the same.
-            while source.next().is_some() {}
+            while next(source).is_some() {}
             return statistics;
         };
         let numbers = || Aligned([0.0; PACKET]);
@@ -542,31 +550,37 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             discarded: &mut [0; PACKET],
             places: &mut [0; PLACES],
         };
-        let (test, is_nearer_less) = (self.depth_test, direction(self.depth_test));
+        let test = self.depth_test;
         let coarse = Coarse::new(target, render_area, test);
+        let (target_area, render_area) = (target_area.borders(), render_area.borders());
+        let mut glance = Glance::new((target_area, render_area), test, bias, limits);
         let mut shader = Shader::<_, _, _, BLENDS> {
             target,
-            target_area: target_area.borders(),
-            render_area: render_area.borders(),
+            target_area,
+            render_area,
             test,
             shade,
             expects_all: true,
-            expects_hidden: false,
-            is_nearer_less,
             coarse,
             places: &mut Places::new(),
         };
-        while let Some(piece) = source.next() {
-            if let Some(bounds) = source.take_neighbourhood() {
+        while source.refill() {
+            if let Some(glance) = &mut glance {
+                glance.begin();
+                source.leave_out(|corners| glance.is_behind(shader.target, corners));
+            }
+            if let Some(bounds) = source.neighbourhood() {
                 ahead::fetch::<_, true>(shader.target, bounds);
             }
-            let history = source.history(&piece);
-            let Some(varyings) = source.varyings(&piece, history.as_ref()) else { continue };
-            let pedigree = history.as_ref().map(History::pedigree);
-            let Piece { setup, identity, covered, .. } = piece;
-            let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
-            let plane = DepthPlane::new::<F::Depth>(&setup, bias, limits);
-            shader.draw((&setup, covered), &shading, &plane, &mut packet, &mut statistics);
+            while let Some(piece) = source.next() {
+                let history = source.history(&piece);
+                let Some(varyings) = source.varyings(&piece, history.as_ref()) else { continue };
+                let pedigree = history.as_ref().map(History::pedigree);
+                let Piece { setup, identity, covered, .. } = piece;
+                let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
+                let plane = DepthPlane::new::<F::Depth>(&setup, bias, limits);
+                shader.draw((&setup, covered), &shading, &plane, &mut packet, &mut statistics);
+            }
         }
         statistics
     }
@@ -575,17 +589,37 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 /// Where the fragment half of a draw gets triangles from. It asks for one thing after the other: what is returned together
 /// is stored in parts and loaded as a whole, and such a load has to wait for the stores.
 pub(crate) trait Source<V> {
-    /// The next triangle, or piece of one, that may be seen.
-    fn next(&mut self) -> Option<Piece>;
+    /// Takes in the next few triangles. False when there are no more.
+    fn refill(&mut self) -> bool;
 
-    /// About where this and the next few triangles lie, if that is known and was not told yet.
-    fn take_neighbourhood(&mut self) -> Option<Borders>;
+    /// Leaves out those of them, none of which was drawn yet, that are hidden where their corners are these; looks at them one
+    /// after the other until it is told nothing.
+    fn leave_out(&mut self, is_hidden: impl FnMut([ProjectedVertex; 3]) -> Option<bool>);
+
+    /// About where they lie, if it is worth fetching their pixels together.
+    fn neighbourhood(&self) -> Option<Borders>;
+
+    /// The next of them, or piece of one.
+    fn next(&mut self) -> Option<Piece>;
 
     /// How it came about, if it is a piece.
     fn history(&self, piece: &Piece) -> Option<History>;
 
     /// The values at its corners.
     fn varyings(&mut self, piece: &Piece, history: Option<&History>) -> Option<&[V; 3]>;
+}
+
+/// The next triangle, or piece of one, of all.
+#[inline(always)]
+fn next<V>(source: &mut impl Source<V>) -> Option<Piece> {
+    loop {
+        if let Some(piece) = source.next() {
+            return Some(piece);
+        }
+        if !source.refill() {
+            return None;
+        }
+    }
 }
 
 /// Vertices, drawn at once.
@@ -599,13 +633,23 @@ struct Direct<'a, I, P, A: Attributes> {
 
 impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> for Direct<'_, I, P, A> {
     #[inline(always)]
-    fn next(&mut self) -> Option<Piece> {
-        self.geometry.next(&mut self.fan)
+    fn refill(&mut self) -> bool {
+        self.geometry.refill()
     }
 
     #[inline(always)]
-    fn take_neighbourhood(&mut self) -> Option<Borders> {
-        self.geometry.take_neighbourhood()
+    fn leave_out(&mut self, is_hidden: impl FnMut([ProjectedVertex; 3]) -> Option<bool>) {
+        self.geometry.leave_out(is_hidden);
+    }
+
+    #[inline(always)]
+    fn neighbourhood(&self) -> Option<Borders> {
+        self.geometry.neighbourhood()
+    }
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Piece> {
+        self.geometry.next(&mut self.fan)
     }
 
     #[inline(always)]

@@ -22,7 +22,6 @@ use core::hint::black_box;
 use core::ops::Range;
 
 use crate::band::Band;
-use crate::behind::is_behind;
 use crate::coarse::{Coarse, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Fragment, Shading, WeightParts};
@@ -48,11 +47,6 @@ pub(crate) struct Shader<'a, F, T, S, const BLENDS: bool> {
     /// Whether all fragments of the last stretch passed: most likely those of the next will.
     pub(crate) expects_all: bool,
     pub(crate) coarse: Coarse,
-    /// Whether the last triangle was hidden, as far as is known: most likely the next one is. A guess, which decides where to look
-    /// and nothing else.
-    pub(crate) expects_hidden: bool,
-    /// Whether nearer is less, if the test has a direction.
-    pub(crate) is_nearer_less: Option<bool>,
     /// Where samples stand, for the stride last used.
     pub(crate) places: &'a mut Places,
 }
@@ -113,14 +107,6 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        // Here, and not where triangles come from: with another way back to there, LLVM (22, of Rust 1.95) leaves textured closures
-        // scalar in a program that is not optimized as a whole. `benches/asm/check` would see it.
-        if let (true, Some(is_less), 0) = (self.expects_hidden, self.is_nearer_less, covered) {
-            let areas = (self.target_area, self.render_area);
-            if is_behind(self.target, areas, (self.test, is_less), setup, plane) {
-                return;
-            }
-        }
         let triangle = Triangle { shading, plane };
         let mut work = if covered != 0 {
             let minute = Minute::new(setup, covered);
@@ -141,8 +127,6 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             }
             Work::Tiny(Patch { x: tiny.x, y: tiny.y, block }, len)
         } else {
-            // As long as nothing of it is seen.
-            self.expects_hidden = true;
             let band = Band::new(setup, triangle, self.render_area);
             Work::Rows(Solver::new(setup), band, Progress::default())
         };
@@ -211,9 +195,6 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let lost = Self::shade_packet(
                 shade, test, &shading, count, colors, depths, discarded, p, q, sum, l, m, z, xs, ys,
             );
-            if let Work::Rows(..) = work {
-                self.expects_hidden = false;
-            }
             statistics.fragments += count as u64;
             statistics.samples_passed += count as u64 - u64::from(lost);
             if let Work::Rows(_, _, at) = &mut work {
@@ -418,7 +399,6 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             };
             let places = self.places.with_stride(stride);
             let covered = if tiny.lanes > 4 { tiny.covered::<8>() } else { tiny.covered::<4>() };
-            let is_covered = covered[0] | covered[1] != 0;
             for (word, lanes) in covered.into_iter().enumerate() {
                 filled = packet.put_lanes::<_, 8, true>(
                     filled,
@@ -429,8 +409,6 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     (self.test, read),
                 );
             }
-            // Not if it lies between samples.
-            self.expects_hidden = is_covered & (filled == 0);
         } else {
             // Rows are so long, or so slow to get, that they are tested as a whole.
             let (test, plane) = (self.test, &triangle.plane.in_lanes());
@@ -453,8 +431,6 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     (self.test, read),
                 );
             }
-            // Where no block is lent, nobody could look.
-            self.expects_hidden = !is_narrow & (filled == 0);
         }
         if BLENDS {
             self.read_tiny(Patch { x: tiny.x, y: tiny.y, block: dimensions }, filled, packet);
