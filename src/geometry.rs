@@ -49,6 +49,9 @@ impl Facing {
 /// How many triangles are looked at before the first of them is drawn.
 pub(crate) const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 1 };
 
+/// Up to so many triangles, not all of the sieve's lanes are worked out.
+const FEW: usize = if HAS_FLOAT_LANES { 16 } else { 1 };
+
 /// A *minute* triangle is one whose bounds hold at most two by two samples. With more of them in a batch than this, it is
 /// worth finding out which samples they cover. In other batches those that cover none become pieces, and records, that draw
 /// nothing: the picture is the same.
@@ -168,10 +171,10 @@ impl Batch {
 
     /// Fills `x` and `y` from `corners`.
     #[inline(always)]
-    fn split_corners(&mut self) {
+    fn split_corners<const LANES: usize>(&mut self) {
         let Self { corners, x, y, .. } = self;
         for (corners, (x, y)) in corners.iter().zip(x.iter_mut().zip(y)) {
-            for i in 0..BATCH {
+            for i in 0..LANES {
                 (x[i], y[i]) = (corners[i][0] as f32, corners[i][1] as f32);
             }
         }
@@ -315,35 +318,45 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 [*a, *b, *c] = each(vertices.corners(triangle.vertices()), ProjectedVertex::xy);
             })
         };
-        if count < BATCH && HAS_FLOAT_LANES {
-            for corners in &mut batch.corners {
-                corners.get_mut(count..).unwrap_or_default().fill([0; 2]);
-            }
+        batch.count = count;
+        if count == 0 {
+            return false;
         }
-        self.batch.count = count;
         self.statistics.primitives += count as u64;
         if HAS_FLOAT_LANES {
-            self.sift(count);
+            if count <= FEW { self.sift_few() } else { self.sift::<BATCH>() }
         } else {
             // Integers are as fast, and where floats are emulated much faster.
             self.batch.verdicts = [verdict::UNDECIDED; BATCH];
             (self.batch.len, self.batch.next) = (count, 0);
         }
-        count > 0
+        true
     }
 
-    /// Finds out which of the batch's triangles have to be drawn.
+    /// [`sift`](Self::sift) for a few triangles: a draw of two should not pay for 64.
+    #[inline(never)]
+    fn sift_few(&mut self) {
+        self.sift::<FEW>();
+    }
+
+    /// Finds out which of the batch's triangles have to be drawn, which are up to `LANES`.
     #[inline(always)]
-    fn sift(&mut self, count: usize) {
+    fn sift<const LANES: usize>(&mut self) {
+        let count = self.batch.count;
         (self.batch.len, self.batch.next, self.batch.minute) = (0, 0, 0);
-        self.batch.split_corners();
+        if count < LANES {
+            for corners in &mut self.batch.corners {
+                corners.get_mut(count..LANES).unwrap_or_default().fill([0; 2]);
+            }
+        }
+        self.batch.split_corners::<LANES>();
         // Meshes turn their backs in long stretches: whole batches end here.
-        if self.sift_by_facing(count) == 0 {
+        if self.sift_by_facing::<LANES>() == 0 {
             return;
         }
-        let minute = self.sift_by_bounds();
+        let minute = self.sift_by_bounds::<LANES>();
         if minute > MANY {
-            self.sift_minute();
+            self.sift_minute::<LANES>();
         }
         let Batch { verdicts, list, .. } = &mut self.batch;
         let mut len = 0;
@@ -360,12 +373,16 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// All in `f32`, where differences of coordinates are exact: they have 24 bits. Products of them may be rounded, but
     /// rounding is monotonic: the difference of two has the sign of the area, or is zero.
     #[inline(always)]
-    fn sift_by_facing(&mut self, count: usize) -> u32 {
-        let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
+    fn sift_by_facing<const LANES: usize>(&mut self) -> u32 {
+        let count = self.batch.count;
         // Times this, areas of triangles that are culled are positive.
         let culls = f32::from(i8::from(self.facing.culls(1)) - i8::from(self.facing.culls(-1)));
+        if count < LANES {
+            return self.sift_unclear::<LANES>(culls);
+        }
+        let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
         let (mut culled, mut unclear) = (0, 0);
-        for i in 0..BATCH {
+        for i in 0..LANES {
             let ([ax, bx, cx], [ay, by, cy]) = ([ax[i], bx[i], cx[i]], [ay[i], by[i], cy[i]]);
             let area2 = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
             let is_culled = area2 * culls > 0.0;
@@ -375,7 +392,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 | if is_culled { verdict::HIDDEN } else { 0 };
         }
         if unclear != 0 {
-            return self.sift_unclear(count, culls);
+            return self.sift_unclear::<LANES>(culls);
         }
         self.statistics.culled += u64::from(culled);
         count as u32 - culled
@@ -384,10 +401,11 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// The same of a batch in which an area is zero, or a vertex outside of the clip volume, or that is not full. Which zeros
     /// are lines and which are needles is left to integers, unless both products are exact.
     #[inline(never)]
-    fn sift_unclear(&mut self, count: usize, culls: f32) -> u32 {
+    fn sift_unclear<const LANES: usize>(&mut self, culls: f32) -> u32 {
+        let count = self.batch.count;
         let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
         let (mut culled, mut degenerate) = (0, 0);
-        for i in 0..BATCH {
+        for i in 0..LANES {
             let ([ax, bx, cx], [ay, by, cy]) = ([ax[i], bx[i], cx[i]], [ay[i], by[i], cy[i]]);
             let (p, q) = ((bx - ax) * (cy - ay), (by - ay) * (cx - ax));
             let (area2, is_exact) = (p - q, p.abs() + q.abs() < 16_777_216.0);
@@ -402,7 +420,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 | if is_undecided { verdict::UNDECIDED } else { 0 };
         }
         // Where the batch has no triangle, all three vertices are the same point.
-        degenerate -= (BATCH - count) as u32;
+        degenerate -= (LANES - count) as u32;
         self.statistics.culled += u64::from(culled);
         self.statistics.degenerate += u64::from(degenerate);
         count as u32 - culled - degenerate
@@ -411,11 +429,11 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// Hides triangles whose bounds hold no sample of the area, and finds the canonical order of the others' vertices. Gives
     /// how many of those are minute.
     #[inline(always)]
-    fn sift_by_bounds(&mut self) -> u32 {
+    fn sift_by_bounds<const LANES: usize>(&mut self) -> u32 {
         let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
         let area = PixelBorders::new(self.area);
         let mut minute = 0;
-        for i in 0..BATCH {
+        for i in 0..LANES {
             let ([ax, bx, cx], [ay, by, cy]) = ([ax[i], bx[i], cx[i]], [ay[i], by[i], cy[i]]);
             let bounds = PixelBorders::of_triangle([ax, bx, cx], [ay, by, cy]);
             let is_seen = (max(bounds.left, area.left) < min(bounds.right, area.right))
@@ -434,10 +452,10 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// Finds out which samples are covered by triangles whose bounds hold one or two, or two by two. Half of the triangles
     /// in the size of a pixel lie between samples: they are hidden.
     #[inline(always)]
-    fn sift_minute(&mut self) {
+    fn sift_minute<const LANES: usize>(&mut self) {
         let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
         let area = PixelBorders::new(self.area);
-        for i in 0..BATCH {
+        for i in 0..LANES {
             let ([ax, bx, cx], [ay, by, cy]) = ([ax[i], bx[i], cx[i]], [ay[i], by[i], cy[i]]);
             let bounds = PixelBorders::of_triangle([ax, bx, cx], [ay, by, cy]);
             let is_inside = (bounds.left >= area.left)
@@ -681,76 +699,89 @@ mod tests {
         }
     }
 
+    /// Compares what the sieve finds out about all of these triangles with what integers say. Gives of how many it is known which
+    /// samples they cover.
+    fn check_sieve(vertices: &[ProjectedVertex], cull_mode: CullMode) -> usize {
+        let area = Rect { x: -9, y: -7, width: 18, height: 16 };
+        let projector =
+            Projector::new(&Viewport::of_size(64, 64).expect("valid"), ClipDepth::ZeroToOne, DepthClip::Clip);
+        let facing = Facing {
+            cull_mode,
+            front_face: FrontFace::CounterClockwise,
+            provoking_vertex: ProvokingVertex::First,
+        };
+        let positions = std::vec![Vec4::ZERO; vertices.len()];
+        let projected = Projected::new(vertices, &positions[..]).expect("as many");
+        let triangles = Primitives::list().triangles(vertices.len());
+        let mut geometry = Geometry::new(triangles, projected, projector, facing, area);
+        let (mut pieces, mut fan) = (Vec::new(), None);
+        while let Some(piece) = next(&mut geometry, &mut fan) {
+            let first = 3 * piece.identity.primitive as usize;
+            let named = piece.setup.order().map(|i| first + usize::from(i));
+            assert_eq!(piece.vertices, named, "in the order of the corners: {:?}", piece.setup);
+            pieces.push((piece.identity.primitive, (piece.setup, piece.covered)));
+        }
+        let mut minute = 0;
+        let (mut culled, mut degenerate, mut pieces) = (0, 0, pieces.into_iter().peekable());
+        for (number, triangle) in (0u32..).zip(vertices.chunks_exact(3)) {
+            let corners = [triangle[0], triangle[1], triangle[2]];
+            let [a, b, c] = corners;
+            let area2 = signed_area2(a, b, c);
+            let drawn = pieces.next_if(|&(drawn, _)| drawn == number).map(|(_, setup)| setup);
+            if area2 == 0 {
+                degenerate += 1;
+            } else if facing.culls(area2) {
+                culled += 1;
+            } else {
+                let setup = Setup::with_area2(corners, area2);
+                let rect = area.intersection(setup.bounds());
+                let is_covered = |(x, y)| setup.edges().iter().all(|edge| edge.covers(x, y));
+                let mut samples =
+                    (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (x, y)));
+                let covers_any = samples.any(is_covered);
+                assert!(drawn.is_some() || !covers_any, "lost: {number} {corners:?}");
+                assert!(drawn.is_none() || !rect.is_empty(), "misses the area: {number} {corners:?}");
+                if let Some((drawn, covered)) = drawn {
+                    if covered != 0 {
+                        let Rect { x, y, .. } = setup.bounds();
+                        let samples = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)];
+                        let bits = (0..4).filter(|&bit| covered >> bit & 1 == 1);
+                        let found: Vec<_> = bits.map(|bit: usize| samples[bit]).collect();
+                        let inside = |&(x, y): &(i32, i32)| {
+                            !area.intersection(Rect { x, y, width: 1, height: 1 }).is_empty()
+                        };
+                        let expected: Vec<_> = samples.into_iter().filter(|&at| is_covered(at)).collect();
+                        assert_eq!(found, expected, "{number} {corners:?}");
+                        assert!(found.iter().all(inside), "of the area: {number} {corners:?}");
+                        minute += 1;
+                    }
+                    let same = (drawn.corners(), drawn.order(), drawn.area2());
+                    assert_eq!(same, (setup.corners(), setup.order(), setup.area2()), "{number}");
+                    assert_eq!(drawn.is_counter_clockwise(), setup.is_counter_clockwise(), "{number}");
+                }
+                continue;
+            }
+            assert!(drawn.is_none(), "{number} is not to be seen: {corners:?}");
+        }
+        assert!(pieces.next().is_none(), "all are accounted for");
+        let statistics = geometry.statistics;
+        assert_eq!((statistics.culled, statistics.degenerate), (culled, degenerate), "{cull_mode:?}");
+        assert_eq!(statistics.primitives, vertices.len() as u64 / 3, "all were looked at");
+        minute
+    }
+
     #[test]
     fn the_sieve_decides_as_the_integers_do() {
         let vertices = vertices(30_000);
-        let area = Rect { x: -9, y: -7, width: 18, height: 16 };
-        let positions = [Vec4::ZERO; 30_000];
-        let projector =
-            Projector::new(&Viewport::of_size(64, 64).expect("valid"), ClipDepth::ZeroToOne, DepthClip::Clip);
         for cull_mode in [CullMode::None, CullMode::Back, CullMode::Front] {
-            let facing = Facing {
-                cull_mode,
-                front_face: FrontFace::CounterClockwise,
-                provoking_vertex: ProvokingVertex::First,
-            };
-            let projected = Projected::new(&vertices, &positions).expect("as many");
-            let triangles = Primitives::list().triangles(vertices.len());
-            let mut geometry = Geometry::new(triangles, projected, projector, facing, area);
-            let (mut pieces, mut fan) = (Vec::new(), None);
-            while let Some(piece) = next(&mut geometry, &mut fan) {
-                let first = 3 * piece.identity.primitive as usize;
-                let named = piece.setup.order().map(|i| first + usize::from(i));
-                assert_eq!(piece.vertices, named, "in the order of the corners: {:?}", piece.setup);
-                pieces.push((piece.identity.primitive, (piece.setup, piece.covered)));
-            }
-            let mut minute = 0;
-            let (mut culled, mut degenerate, mut pieces) = (0, 0, pieces.into_iter().peekable());
-            for (number, triangle) in (0u32..).zip(vertices.chunks_exact(3)) {
-                let corners = [triangle[0], triangle[1], triangle[2]];
-                let [a, b, c] = corners;
-                let area2 = signed_area2(a, b, c);
-                let drawn = pieces.next_if(|&(drawn, _)| drawn == number).map(|(_, setup)| setup);
-                if area2 == 0 {
-                    degenerate += 1;
-                } else if facing.culls(area2) {
-                    culled += 1;
-                } else {
-                    let setup = Setup::with_area2(corners, area2);
-                    let rect = area.intersection(setup.bounds());
-                    let is_covered = |(x, y)| setup.edges().iter().all(|edge| edge.covers(x, y));
-                    let mut samples =
-                        (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (x, y)));
-                    let covers_any = samples.any(is_covered);
-                    assert!(drawn.is_some() || !covers_any, "lost: {number} {corners:?}");
-                    assert!(drawn.is_none() || !rect.is_empty(), "misses the area: {number} {corners:?}");
-                    if let Some((drawn, covered)) = drawn {
-                        if covered != 0 {
-                            let Rect { x, y, .. } = setup.bounds();
-                            let samples = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)];
-                            let bits = (0..4).filter(|&bit| covered >> bit & 1 == 1);
-                            let found: Vec<_> = bits.map(|bit: usize| samples[bit]).collect();
-                            let inside = |&(x, y): &(i32, i32)| {
-                                !area.intersection(Rect { x, y, width: 1, height: 1 }).is_empty()
-                            };
-                            let expected: Vec<_> = samples.into_iter().filter(|&at| is_covered(at)).collect();
-                            assert_eq!(found, expected, "{number} {corners:?}");
-                            assert!(found.iter().all(inside), "of the area: {number} {corners:?}");
-                            minute += 1;
-                        }
-                        let same = (drawn.corners(), drawn.order(), drawn.area2());
-                        assert_eq!(same, (setup.corners(), setup.order(), setup.area2()), "{number}");
-                        assert_eq!(drawn.is_counter_clockwise(), setup.is_counter_clockwise(), "{number}");
-                    }
-                    continue;
-                }
-                assert!(drawn.is_none(), "{number} is not to be seen: {corners:?}");
-            }
-            assert!(pieces.next().is_none(), "all are accounted for");
+            let minute = check_sieve(&vertices, cull_mode);
             assert!(minute > 100, "many are minute: {minute}");
-            let statistics = geometry.statistics;
-            assert_eq!((statistics.culled, statistics.degenerate), (culled, degenerate), "{cull_mode:?}");
-            assert_eq!(statistics.primitives, 10_000, "all were looked at");
+            let counts = [1, 2, 7, FEW - 1, FEW, FEW + 1, BATCH - 1, BATCH, BATCH + 1, BATCH + FEW];
+            for count in counts.into_iter().filter(|&count| count > 0) {
+                for draw in vertices.chunks(3 * count).take(100) {
+                    check_sieve(draw, cull_mode);
+                }
+            }
         }
     }
 

@@ -104,21 +104,30 @@ impl Places {
 
     #[inline(never)]
     fn set_stride(&mut self, stride: usize) {
-        let fill = |word: &mut [u32; 65], first: usize, lanes: usize| {
-            for (lane, place) in word.iter_mut().enumerate() {
-                let lane = lane % 64;
-                *place = (lane % lanes + (first + lane / lanes).wrapping_mul(stride)) as u32;
-            }
-        };
         self.stride = stride;
-        self.narrow.iter_mut().zip([0, 8]).for_each(|(word, first)| fill(word, first, 8));
-        self.wide.iter_mut().zip([0, 4, 8, 12]).for_each(|(word, first)| fill(word, first, 16));
+        set_word_strides::<8>(&mut self.narrow, stride as u32);
+        set_word_strides::<16>(&mut self.wide, stride as u32);
     }
 
     /// Those of the word of narrow windows, or of wide ones, that begins with this row.
     #[inline(always)]
     fn of<const N: usize>(&self, first: usize) -> Option<&[u32; 65]> {
         if N > 8 { self.wide.get(first / 4) } else { self.narrow.get(first / 8) }
+    }
+}
+
+/// Places in words of rows of `N` lanes, one word after the other.
+#[inline(always)]
+fn set_word_strides<const N: usize>(words: &mut [[u32; 65]], stride: u32) {
+    let mut row_at = 0u32;
+    for word in words {
+        word[64] = row_at;
+        for row in word.chunks_exact_mut(N) {
+            for (column, place) in (0..).zip(row) {
+                *place = row_at.wrapping_add(column);
+            }
+            row_at = row_at.wrapping_add(stride);
+        }
     }
 }
 
