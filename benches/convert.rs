@@ -36,6 +36,25 @@ fn main() {
             let [r, g, b, a] = color.to_array().map(|x| x.clamp(0.0, 1.0));
             u32::from_le_bytes([byte(power(r)), byte(power(g)), byte(power(b)), byte(a)])
         });
+        // The same of numbers that can be lanes, as in a closure.
+        let arrays: Vec<[f32; 4]> = colors.iter().map(Vec4::to_array).collect();
+        pair(
+            criterion,
+            "pack_srgba8_of_arrays",
+            &arrays,
+            |color| pack_srgba8(Vec4::from_array(color)),
+            |color| {
+                let [r, g, b, a] = color.map(|x| x.clamp(0.0, 1.0));
+                u32::from_le_bytes([byte(power(r)), byte(power(g)), byte(power(b)), byte(a)])
+            },
+        );
+        pair(
+            criterion,
+            "linear_to_srgb8",
+            &numbers,
+            |x| linear_to_srgb8(x * 1e-3),
+            |x| byte(power((x * 1e-3).clamp(0.0, 1.0))),
+        );
         pair(criterion, "srgb8_to_linear", &bytes, srgb8_to_linear, |byte| {
             let x = f64::from(byte) / 255.0;
             (if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }) as f32

@@ -6,7 +6,7 @@ use criterion::{BenchmarkId, Criterion, Throughput};
 use halfplane::glam::{Vec2, Vec3, Vec4};
 use halfplane::{
     Flat, Fragment, NoPerspective, Primitives, Rasterizer, Surface, Varyings, Viewport, floor_to_i32,
-    pack_rgba8,
+    linear_to_srgb8, pack_rgba8, pack_srgba8,
 };
 
 #[derive(Clone, Copy)]
@@ -57,6 +57,18 @@ fn main() {
         bench(criterion, "vec2_by_as", size, UVS, cast, u_at);
         let floor = |f: Fragment<'_, Vec2>| floor_to_i32(f.varyings().x * 255.0 + 0.5) as u32;
         bench(criterion, "vec2_by_floor_to_i32", size, UVS, floor, u_at);
+        // To sRGB, by powers, and by a table, which keeps the loop from becoming SIMD.
+        let srgb_at = |x: f32| match u_at(x) / 255.0 {
+            u if u <= 0.003_130_8 => 255.0 * 12.92 * u,
+            u => 255.0 * (1.055 * u.powf(1.0 / 2.4) - 0.055),
+        };
+        let by_power = |f: Fragment<'_, Vec2>| pack_srgba8(f.varyings().extend(0.0).extend(1.0));
+        bench(criterion, "vec2_by_pack_srgba8", size, UVS, by_power, srgb_at);
+        let by_table = |f: Fragment<'_, Vec2>| {
+            let uv = f.varyings();
+            u32::from_le_bytes([linear_to_srgb8(uv.x), linear_to_srgb8(uv.y), 0, 255])
+        };
+        bench(criterion, "vec2_by_linear_to_srgb8", size, UVS, by_table, srgb_at);
         // A number that a closure holds, or borrows: with AVX, fragments that are left over after SIMD make the difference.
         let scale = core::hint::black_box(1.0);
         bench_tiny(criterion, "tiny_by_move", size, move |f| gray(f.varyings() * scale));

@@ -1,29 +1,18 @@
 //! Colours in and PNG files out.
 //!
-//! Pixels are what `halfplane::pack_rgba8` makes: RGBA8 in one `u32`, red in the low byte, `0xAABBGGRR`.
+//! Pixels are what `halfplane::pack_srgba8` makes: RGBA8 in one `u32`, red in the low byte, `0xAABBGGRR`.
 
-use halfplane::{glam::Vec3, pack_rgba8};
+use halfplane::{glam::Vec3, pack_rgba8, pack_srgba8, unpack_srgba8};
 use std::{fs, io, path::Path, path::PathBuf};
 
-/// The linear light that an sRGB value in [0, 1] stands for, within 0.0014: what shading computes with.
-///
-/// A polynomial and, the other way, two square roots: the exact `powf` neither vectorises nor has the same
-/// bits everywhere.
+/// The linear light that an sRGB value in [0, 1] stands for, to the nearest of 256: what shading computes with.
 pub fn srgb_to_linear(srgb: Vec3) -> Vec3 {
-    srgb * (srgb * (srgb * 0.314_414 + 0.667_441) + 0.018_145)
-}
-
-/// The sRGB value of linear light, clamped to [0, 1], within 2.5 / 255.
-pub fn linear_to_srgb(linear: Vec3) -> Vec3 {
-    let linear = linear.clamp(Vec3::ZERO, Vec3::ONE);
-    let root2 = Vec3::new(linear.x.sqrt(), linear.y.sqrt(), linear.z.sqrt());
-    let root4 = Vec3::new(root2.x.sqrt(), root2.y.sqrt(), root2.z.sqrt());
-    (root2 * 1.385_216 - linear * 0.261_681 - root4 * 0.123_535).max(Vec3::ZERO)
+    unpack_srgba8(pack_rgba8(srgb.extend(1.0))).truncate()
 }
 
 /// An opaque pixel that shows linear light.
 pub fn encode(linear: Vec3) -> u32 {
-    pack_rgba8(linear_to_srgb(linear).extend(1.0))
+    pack_srgba8(linear.extend(1.0))
 }
 
 /// Where an example writes: the path that is its first argument, or `target/examples-output/NAME.png`.

@@ -188,12 +188,11 @@ pub fn masked_choice(old: &mut [f32; 8], new: &[f32; 8]) {
     *old = all;
 }
 
-/// Packing to sRGB reads a table. That it is nobody's framebuffer, LLVM knows only where the closure holds a reference, and so
-/// shades into memory of its own; and where a lane at a time is not too slow.
+/// Packing to sRGB, by powers and not by a table.
 #[inline(never)]
-pub fn avx2_srgb(scene: &mut Scene<'_, Vec2>, scale: &f32) -> bool {
+pub fn packed_srgb(scene: &mut Scene<'_, Vec2>) -> bool {
     draw(scene, |fragment, _| {
-        let uv = fragment.varyings() * *scale;
+        let uv = fragment.varyings();
         pack_srgba8(Vec4::new(uv.x, uv.y, length(uv), 1.0))
     })
 }
