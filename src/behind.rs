@@ -21,8 +21,44 @@ use crate::triple::each;
 /// The largest extent of a triangle that is looked at, in samples. Of larger ones, more and more of the bounds is not theirs.
 const SIDE: i32 = 32;
 
-/// After so many looks in a row that were in vain, no more of a batch are looked at; and but one of the next.
+/// After so many looks in a row that were in vain, no more of a batch are looked at. Then each further batch gets one look, until
+/// one finds something.
 const IN_VAIN: u32 = 3;
+
+/// What a look at a triangle tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sight {
+    /// No sample of it can pass.
+    Behind,
+    /// Perhaps some can.
+    Unknown,
+    /// Nobody looked, nor should at those that come after it.
+    Enough,
+}
+
+/// Leaves out those of the first `len` that are behind, and looks at one after the other until it is enough. Gives how many are left.
+#[inline(always)]
+pub(crate) fn keep_seen<T: Copy, const N: usize>(
+    list: &mut [T; N],
+    len: usize,
+    mut look: impl FnMut(T) -> Sight,
+) -> usize {
+    let len = len.min(N);
+    let (mut at, mut left) = (0, 0);
+    while at < len {
+        let sight = look(list[at]);
+        if sight == Sight::Enough {
+            break;
+        }
+        list[left] = list[at];
+        left += usize::from(sight != Sight::Behind);
+        at += 1;
+    }
+    if left < at {
+        list.copy_within(at..len, left);
+    }
+    left + (len - at)
+}
 
 /// A look at the depths around triangles that are about to be drawn.
 #[derive(Clone, Copy, Debug)]
@@ -61,59 +97,60 @@ impl<T: DepthTest> Glance<T> {
         })
     }
 
-    /// Before the first look at a batch.
+    /// Before the first look at a batch, which is worth it in any case.
     #[inline(always)]
     pub(crate) fn begin(&mut self) {
         self.in_vain = self.in_vain.min(IN_VAIN - 1);
     }
 
-    /// Whether no sample of the triangle with these corners can pass, for all that a look can tell; `None` if looks are not worth it.
+    /// Looks at the triangle with these corners.
     #[inline(always)]
-    pub(crate) fn is_behind<F: Framebuffer>(
-        &mut self,
-        target: &mut F,
-        corners: [ProjectedVertex; 3],
-    ) -> Option<bool> {
+    pub(crate) fn look<F: Framebuffer>(&mut self, target: &mut F, corners: [ProjectedVertex; 3]) -> Sight {
         if self.in_vain >= IN_VAIN || !F::Depth::IS_STORED {
-            return None;
+            return Sight::Enough;
         }
         let [a, b, c] = corners;
         let bounds = sample_bounds(a, b, c);
         let is_small = (bounds.right - bounds.left).max(bounds.bottom - bounds.top) <= SIDE;
         let z = nearest(each(corners, |corner| corner.depth()), self.is_less, self.depth_limits);
-        let is_behind = is_small && self.is_hidden(target, bounds, z);
-        self.in_vain = if is_behind { 0 } else { self.in_vain + 1 };
-        Some(is_behind)
+        if is_small && self.all_are_nearer(target, bounds, z) {
+            self.in_vain = 0;
+            Sight::Behind
+        } else {
+            self.in_vain += 1;
+            Sight::Unknown
+        }
     }
 
-    /// Whether all depths in these bounds, up to 32 pixels wide, hide this one.
+    /// Whether all depths in these bounds, up to 32 pixels wide, are nearer than this one, as far as a look can tell.
     #[inline(always)]
-    fn is_hidden<F: Framebuffer>(&self, target: &mut F, bounds: Borders, z: f32) -> bool {
+    fn all_are_nearer<F: Framebuffer>(&self, target: &mut F, bounds: Borders, z: f32) -> bool {
         let rows = bounds.intersection(self.render_area);
         let (area, test, rows) = (self.target_area, self.test, (rows.top, rows.bottom));
         match bounds.right - bounds.left {
-            ..=4 => hide::<_, 4>(target, area, (bounds.left, rows), test, z),
-            5..=8 => hide::<_, 8>(target, area, (bounds.left, rows), test, z),
-            9..=12 => hide::<_, 12>(target, area, (bounds.left, rows), test, z),
-            13..=16 => hide::<_, 16>(target, area, (bounds.left, rows), test, z),
+            ..=4 => is_window_nearer::<_, 4>(target, area, (bounds.left, rows), test, z),
+            5..=8 => is_window_nearer::<_, 8>(target, area, (bounds.left, rows), test, z),
+            9..=12 => is_window_nearer::<_, 12>(target, area, (bounds.left, rows), test, z),
+            13..=16 => is_window_nearer::<_, 16>(target, area, (bounds.left, rows), test, z),
             _ => {
-                hide::<_, 16>(target, area, (bounds.left, rows), test, z)
-                    && hide::<_, 16>(target, area, (bounds.right - 16, rows), test, z)
+                is_window_nearer::<_, 16>(target, area, (bounds.left, rows), test, z)
+                    && is_window_nearer::<_, 16>(target, area, (bounds.right - 16, rows), test, z)
             }
         }
     }
 }
 
-/// Whether rows `top .. bottom` hide a depth in `N` columns, from `left` on or, if the framebuffer ends too early on the right, as
-/// many columns before. Where it lends no block, or is less wide, nobody knows.
+/// Whether a fragment at `z` fails against all depths of rows `top .. bottom` in `N` columns, from `left` on or, if the framebuffer
+/// ends too early on the right, as many columns before. Where it lends no block, or is less wide, nobody knows.
 #[inline(always)]
-fn hide<F: Framebuffer, const N: usize>(
+fn is_window_nearer<F: Framebuffer, const N: usize>(
     target: &mut F,
     area: Borders,
     (left, (top, bottom)): (i32, (i32, i32)),
     test: impl DepthTest,
-    nearest: f32,
+    z: f32,
 ) -> bool {
+    // Never so, but of positions that are others when they are asked for again.
     if top >= bottom {
         return true;
     }
@@ -128,7 +165,7 @@ fn hide<F: Framebuffer, const N: usize>(
         let mut passing = [0u32; 4];
         for quarter in 0..N / 4 {
             for i in 0..4 {
-                passing[i] |= if passes(test, nearest, depths[4 * quarter + i]) { u32::MAX } else { 0 };
+                passing[i] |= if passes(test, z, depths[4 * quarter + i]) { u32::MAX } else { 0 };
             }
         }
         if Vec4::from_array(passing.map(f32::from_bits)).is_negative_bitmask() != 0 {
@@ -269,7 +306,7 @@ mod tests {
                             Surface::with_planes(Absent::default(), depths, area, stride).expect("it fits");
                         let mut glance =
                             Glance::new(areas, Less, None, (0.0, 1.0)).expect("it has a direction");
-                        glance.is_behind(&mut target, setup.corners()) == Some(true)
+                        glance.look(&mut target, setup.corners()) == Sight::Behind
                     };
                     // A framebuffer narrower than a window cannot tell, and larger triangles are not looked at.
                     assert!(
@@ -292,6 +329,25 @@ mod tests {
     }
 
     #[test]
+    fn what_is_behind_is_left_out_until_it_is_enough() {
+        let keep = |behind: &[usize], enough: usize, len: usize| {
+            let mut list = core::array::from_fn::<usize, 9, _>(|i| i);
+            let left = keep_seen(&mut list, len, |i| match i {
+                i if i >= enough => Sight::Enough,
+                i if behind.contains(&i) => Sight::Behind,
+                _ => Sight::Unknown,
+            });
+            list[..left].to_vec()
+        };
+        assert_eq!(keep(&[0, 2, 3], 9, 6), [1, 4, 5], "in the middle");
+        assert_eq!(keep(&[0, 2, 3, 5], 3, 6), [1, 3, 4, 5], "the rest is not looked at");
+        assert_eq!(keep(&[], 9, 6), [0, 1, 2, 3, 4, 5], "none");
+        assert_eq!(keep(&[0, 1], 0, 3), [0, 1, 2], "no look at all");
+        assert!(keep(&[0, 1, 2, 3, 4, 5, 6, 7, 8], 9, 9).is_empty(), "all");
+        assert!(keep(&[], 9, 0).is_empty(), "of none");
+    }
+
+    #[test]
     fn looks_end_where_they_are_in_vain() {
         let area = Rect::of_size(40, 40);
         let mut depths = [0.0; 40 * 40];
@@ -301,22 +357,26 @@ mod tests {
             Glance::new((area.borders(), area.borders()), Less, None, (0.0, 1.0)).expect("so it is");
         let mut look = |glance: &mut Glance<Less>, x: i32, y: i32| {
             let vertex = |x, y| ProjectedVertex::new(x * 256, y * 256, 0.5, 1.0).expect("in range");
-            glance.is_behind(&mut target, [vertex(x, y), vertex(x, y + 5), vertex(x + 5, y)])
+            glance.look(&mut target, [vertex(x, y), vertex(x, y + 5), vertex(x + 5, y)])
         };
         glance.begin();
         let (hidden, seen) = ((3, 3), (3, 25));
         let mut looks = |glance: &mut Glance<Less>, at: &[(i32, i32)]| {
             at.iter().map(|&(x, y)| look(glance, x, y)).collect::<Vec<_>>()
         };
-        let (yes, no) = (Some(true), Some(false));
+        let (yes, no) = (Sight::Behind, Sight::Unknown);
         assert_eq!(
             looks(&mut glance, &[hidden, seen, hidden, seen]),
             [yes, no, yes, no],
             "as long as it pays"
         );
-        assert_eq!(looks(&mut glance, &[seen, seen, hidden, hidden]), [no, no, None, None], "no longer");
+        assert_eq!(
+            looks(&mut glance, &[seen, seen, hidden, hidden]),
+            [no, no, Sight::Enough, Sight::Enough],
+            "no longer"
+        );
         glance.begin();
-        assert_eq!(looks(&mut glance, &[seen, hidden]), [no, None], "one in the next batch");
+        assert_eq!(looks(&mut glance, &[seen, hidden]), [no, Sight::Enough], "one in the next batch");
         glance.begin();
         assert_eq!(
             looks(&mut glance, &[hidden, seen, hidden]),

@@ -35,7 +35,8 @@ pub trait DepthFormat: Copy + PartialOrd {
     /// The nearest stored value, for a depth in 0 ..= 1; of others, any value.
     fn from_depth(depth: f32) -> Self;
 
-    /// The smallest difference that the format resolves near `depth`: `r` in Vulkan's "Depth Bias Computation".
+    /// The smallest difference that the format resolves near `depth`: `r` in Vulkan's "Depth Bias Computation". Finite, and not
+    /// negative.
     fn resolution(depth: f32) -> f32;
 }
 

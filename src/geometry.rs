@@ -6,6 +6,7 @@
 
 #![expect(clippy::cast_possible_truncation, reason = "places in a batch are under 2⁶")]
 
+use crate::behind::{Sight, keep_seen};
 use crate::fan::{Fan, Piece};
 use crate::fragment::Identity;
 use crate::primitive::{Index, Triangle, Triangles};
@@ -133,7 +134,7 @@ struct Batch {
     next: usize,
     /// The number of the first triangle.
     primitive: u32,
-    /// How many of those in the list are minute.
+    /// How many of them are minute.
     minute: u32,
 }
 
@@ -185,7 +186,7 @@ impl Batch {
 ///
 /// ```text
 ///   bits 0–2   ORDER      a place in ORDERS, by which its vertices come into canonical order
-///   bit 3      HIDDEN     it is not drawn
+///   bit 3      DROPPED    it is not drawn
 ///   bit 4      UNDECIDED  it has to be clipped, or its area is zero in f32: look closer
 ///   bits 8–11             Piece::covered, the samples that it covers, or 0 if that is not known
 /// ```
@@ -193,30 +194,9 @@ mod verdict {
     pub(super) const ORDER: u32 = 0b111;
     /// Added to the place of the first vertex.
     pub(super) const COUNTER_CLOCKWISE: u32 = 3;
-    pub(super) const HIDDEN: u32 = 1 << 3;
+    pub(super) const DROPPED: u32 = 1 << 3;
     pub(super) const UNDECIDED: u32 = 1 << 4;
     pub(super) const COVERED_SHIFT: u32 = 8;
-}
-
-/// Leaves out those of the first `len` that are hidden; asks of one after the other until nothing is known. Gives how many are left.
-#[inline(always)]
-pub(crate) fn leave_out<T: Copy>(
-    list: &mut [T; BATCH],
-    len: usize,
-    mut is_hidden: impl FnMut(T) -> Option<bool>,
-) -> usize {
-    let len = len.min(BATCH);
-    let (mut at, mut left) = (0, 0);
-    while at < len {
-        let Some(is_hidden) = is_hidden(list[at]) else { break };
-        list[left] = list[at];
-        left += usize::from(!is_hidden);
-        at += 1;
-    }
-    if left < at {
-        list.copy_within(at..len, left);
-    }
-    left + (len - at)
 }
 
 /// Where vertices come from.
@@ -363,12 +343,12 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         for (i, verdict) in (0..count).zip(verdicts) {
             // Always put there; kept, or overwritten by the next.
             list[len & (BATCH - 1)] = i;
-            len += usize::from(*verdict & verdict::HIDDEN == 0);
+            len += usize::from(*verdict & verdict::DROPPED == 0);
         }
         (self.batch.len, self.batch.minute) = (len, minute);
     }
 
-    /// Hides triangles that are culled. Gives how many are left.
+    /// Drops triangles that are culled. Gives how many are left.
     ///
     /// All in `f32`, where differences of coordinates are exact: they have 24 bits. Products of them may be rounded, but
     /// rounding is monotonic: the difference of two has the sign of the area, or is zero.
@@ -389,7 +369,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             unclear |= u32::from((area2 == 0.0) | (min(min(ax, bx), cx) < OUTERMOST));
             culled += u32::from(is_culled);
             verdicts[i] = if area2 < 0.0 { verdict::COUNTER_CLOCKWISE } else { 0 }
-                | if is_culled { verdict::HIDDEN } else { 0 };
+                | if is_culled { verdict::DROPPED } else { 0 };
         }
         if unclear != 0 {
             return self.sift_unclear::<LANES>(culls);
@@ -416,7 +396,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             degenerate += u32::from(is_degenerate);
             culled += u32::from(is_culled);
             verdicts[i] = if area2 < 0.0 { verdict::COUNTER_CLOCKWISE } else { 0 }
-                | if is_degenerate | is_culled { verdict::HIDDEN } else { 0 }
+                | if is_degenerate | is_culled { verdict::DROPPED } else { 0 }
                 | if is_undecided { verdict::UNDECIDED } else { 0 };
         }
         // Where the batch has no triangle, all three vertices are the same point.
@@ -426,7 +406,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         count as u32 - culled - degenerate
     }
 
-    /// Hides triangles whose bounds hold no sample of the area, and finds the canonical order of the others' vertices. Gives
+    /// Drops triangles whose bounds hold no sample of the area, and finds the canonical order of the others' vertices. Gives
     /// how many of those are minute.
     #[inline(always)]
     fn sift_by_bounds<const LANES: usize>(&mut self) -> u32 {
@@ -441,10 +421,10 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             let is_higher = |ax: f32, ay: f32, bx: f32, by: f32| (ay < by) | ((ay == by) & (ax < bx));
             let b_first = is_higher(bx, by, ax, ay);
             let c_first = is_higher(cx, cy, ax, ay) & is_higher(cx, cy, bx, by);
-            minute += u32::from(bounds.are_minute() & is_seen & (verdicts[i] & verdict::HIDDEN == 0));
+            minute += u32::from(bounds.are_minute() & is_seen & (verdicts[i] & verdict::DROPPED == 0));
             let is_hidden = !is_seen & (verdicts[i] & verdict::UNDECIDED == 0);
             verdicts[i] += if c_first { 2 } else { u32::from(b_first) };
-            verdicts[i] |= if is_hidden { verdict::HIDDEN } else { 0 };
+            verdicts[i] |= if is_hidden { verdict::DROPPED } else { 0 };
         }
         minute
     }
@@ -485,7 +465,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 | bit(least(1.0, 0.0), 2)
                 | bit(least(0.0, 1.0), 4)
                 | bit(least(1.0, 1.0), 8);
-            let found = if covered == 0 { verdict::HIDDEN } else { covered };
+            let found = if covered == 0 { verdict::DROPPED } else { covered };
             let is_decided = verdicts[i] & verdict::UNDECIDED == 0;
             // Of one that reaches out of the area, it is left open.
             verdicts[i] |=
@@ -502,17 +482,16 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         is_worth_it.then(|| self.batch.neighbourhood().intersection(self.area))
     }
 
-    /// Leaves out triangles of the batch, none of which was drawn yet, that are hidden where their corners are these: see
-    /// [`leave_out`].
+    /// Leaves out triangles of the batch, none of which was drawn yet, that are behind what is there: see [`keep_seen`].
     #[inline(always)]
-    pub(crate) fn leave_out(&mut self, mut is_hidden: impl FnMut([ProjectedVertex; 3]) -> Option<bool>) {
+    pub(crate) fn leave_out(&mut self, mut look: impl FnMut([ProjectedVertex; 3]) -> Sight) {
         let Batch { triangles, verdicts, list, len, .. } = &mut self.batch;
-        *len = leave_out(list, *len, |lane| {
+        *len = keep_seen(list, *len, |lane| {
             let lane = lane & (BATCH - 1);
             if verdicts[lane] & verdict::UNDECIDED != 0 {
-                return Some(false);
+                return Sight::Unknown;
             }
-            is_hidden(self.vertices.corners(triangles[lane].vertices()))
+            look(self.vertices.corners(triangles[lane].vertices()))
         });
     }
 
@@ -808,23 +787,6 @@ mod tests {
         assert!(geometry.neighbourhood().is_none(), "nothing is known before the first");
         assert!(geometry.refill(), "there are some");
         geometry.neighbourhood()
-    }
-
-    #[test]
-    fn what_is_hidden_is_left_out_until_nothing_is_known() {
-        let hides = |hidden: &[usize], known: usize, len: usize| {
-            let mut list = core::array::from_fn::<usize, BATCH, _>(|i| i);
-            let left = leave_out(&mut list, len, |i| (i < known).then(|| hidden.contains(&i)));
-            list[..left].to_vec()
-        };
-        if BATCH > 8 {
-            assert_eq!(hides(&[0, 2, 3], 8, 6), [1, 4, 5], "in the middle");
-            assert_eq!(hides(&[0, 2, 3, 5], 3, 6), [1, 3, 4, 5], "the rest is not asked for");
-            assert_eq!(hides(&[], 8, 6), [0, 1, 2, 3, 4, 5], "none");
-            assert_eq!(hides(&[0, 1], 0, 3), [0, 1, 2], "nothing is known");
-        }
-        assert!(hides(&(0..BATCH).collect::<Vec<_>>(), BATCH, BATCH).is_empty(), "all");
-        assert!(hides(&[], BATCH, 0).is_empty(), "of none");
     }
 
     #[test]

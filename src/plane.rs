@@ -101,7 +101,7 @@ impl DepthPlane {
 ///
 /// All roundings on the way to a sample's depth, by steps along a row or not, add up to less than 20 · 2⁻²⁴ of the numbers that it
 /// is made of: of the depth at one corner, and of two differences from there. Whichever that corner is, they are no more than
-/// three times as many as from `a`; 2⁻¹⁸ are taken. Where these underflow, their errors of 2⁻¹⁵⁰ are multiplied by edge functions
+/// three times as large as from `a`; with the roundings here, less than the 64 · 2⁻²⁴ that are taken. Where these underflow, their errors of 2⁻¹⁵⁰ are multiplied by edge functions
 /// of up to 2²⁷, a few times: less than 2⁻¹²⁰ for triangles up to 32 pixels large.
 #[inline(always)]
 pub(crate) fn nearest([a, b, c]: [f32; 3], is_less: bool, (low, high): (f32, f32)) -> f32 {

@@ -18,10 +18,11 @@ use core::fmt;
 
 use glam::Vec4;
 
+use crate::behind::{Sight, keep_seen};
 use crate::depth::DepthTest;
 use crate::fan::{Fan, History, Piece, at_corners};
 use crate::fragment::{Fragment, Identity};
-use crate::geometry::{BATCH, Geometry, leave_out};
+use crate::geometry::{BATCH, Geometry};
 use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, ProjectedVertex, Projector};
@@ -300,9 +301,9 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
     }
 
     #[inline(always)]
-    fn leave_out(&mut self, mut is_hidden: impl FnMut([ProjectedVertex; 3]) -> Option<bool>) {
-        self.len = leave_out(&mut self.batch, self.len, |record| {
-            record.and_then(Record::corners).map_or(Some(false), &mut is_hidden)
+    fn leave_out(&mut self, mut look: impl FnMut([ProjectedVertex; 3]) -> Sight) {
+        self.len = keep_seen(&mut self.batch, self.len, |record| {
+            record.and_then(Record::corners).map_or(Sight::Unknown, &mut look)
         });
     }
 
@@ -326,10 +327,7 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
                 }
                 continue;
             }
-            if self.next >= self.len {
-                return None;
-            }
-            let record = (*self.batch.get(self.next)?)?;
+            let record = (*self.batch.get(..self.len)?.get(self.next)?)?;
             self.next += 1;
             self.record = Some(record);
             if let Some(setup) = record.setup() {
@@ -418,8 +416,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 
     /// The fragment half of a draw: as [`draw`](Rasterizer::draw), from records that this rasterizer prepared.
     ///
-    /// Records are drawn in the order given. Those that lie beside the target are skipped; of very many, let
-    /// [bins](Rasterizer::bin) find those that do not. The statistics count fragments, and no primitives.
+    /// Records are drawn in the order given; some dozens are taken from the iterator before the first of them is drawn. Those
+    /// that lie beside the target are skipped; of very many, let [bins](Rasterizer::bin) find those that do not. The statistics
+    /// count fragments, and no primitives.
     ///
     /// The viewport, clip depth and depth clip must be those that the records were prepared with. Everything else may
     /// differ: scissor, depth bias, depth test. (Culling, front face and provoking vertex were decided by
@@ -444,7 +443,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         self.draw_prepared_with::<_, _, _, false>(target, records, shade)
     }
 
-    /// The fragment half of [`draw_over`](Rasterizer::draw_over): the closure is also lent the colour already there.
+    /// The fragment half of [`draw_over`](Rasterizer::draw_over): the closure is also lent the colour already there. All else is as
+    /// in [`draw_prepared`](Self::draw_prepared).
     ///
     /// # Examples
     /// ```
@@ -495,7 +495,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         R: Into<Option<F::Color>>,
     {
         let (projector, area) = (self.projector(), self.render_area(target));
-        let (records, area) = (records.into_iter(), area.borders());
+        // Fused: it is asked again after the last batch.
+        let (records, area) = (records.into_iter().fuse(), area.borders());
         let mut source = Records {
             records,
             batch: [None; BATCH],

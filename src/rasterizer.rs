@@ -7,7 +7,7 @@ use core::marker::PhantomData;
 use glam::Vec4;
 
 use crate::ahead;
-use crate::behind::Glance;
+use crate::behind::{Glance, Sight};
 use crate::clip::DepthClip;
 use crate::coarse::Coarse;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
@@ -195,7 +195,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 
     /// Projects every vertex once, into memory of the caller's, for draws that use vertices several times.
     ///
-    /// Without it, an indexed draw projects a vertex anew unless the triangle before used it too, and once more if the
+    /// Without it, an indexed draw projects a vertex anew unless the triangle before used it too, and once or twice more if the
     /// triangle may be seen (where there is no SIMD, once for each triangle): with a fine mesh and positions that are
     /// [`Computed`](crate::Computed), that is several times the work.
     ///
@@ -417,7 +417,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         while geometry.refill() {
             if let Some(glance) = &mut glance {
                 glance.begin();
-                geometry.leave_out(|corners| glance.is_behind(pass.target, corners));
+                geometry.leave_out(|corners| glance.look(pass.target, corners));
             }
             if let Some(bounds) = geometry.neighbourhood() {
                 ahead::fetch::<_, false>(pass.target, bounds);
@@ -567,7 +567,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         while source.refill() {
             if let Some(glance) = &mut glance {
                 glance.begin();
-                source.leave_out(|corners| glance.is_behind(shader.target, corners));
+                source.leave_out(|corners| glance.look(shader.target, corners));
             }
             if let Some(bounds) = source.neighbourhood() {
                 ahead::fetch::<_, true>(shader.target, bounds);
@@ -589,12 +589,11 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 /// Where the fragment half of a draw gets triangles from. It asks for one thing after the other: what is returned together
 /// is stored in parts and loaded as a whole, and such a load has to wait for the stores.
 pub(crate) trait Source<V> {
-    /// Takes in the next few triangles. False when there are no more.
+    /// Takes in the next few triangles, of which perhaps none may be seen. False when there are no more.
     fn refill(&mut self) -> bool;
 
-    /// Leaves out those of them, none of which was drawn yet, that are hidden where their corners are these; looks at them one
-    /// after the other until it is told nothing.
-    fn leave_out(&mut self, is_hidden: impl FnMut([ProjectedVertex; 3]) -> Option<bool>);
+    /// Leaves out those of them, none of which was drawn yet, that are behind what is there: see [`keep_seen`](crate::behind::keep_seen).
+    fn leave_out(&mut self, look: impl FnMut([ProjectedVertex; 3]) -> Sight);
 
     /// About where they lie, if it is worth fetching their pixels together.
     fn neighbourhood(&self) -> Option<Borders>;
@@ -638,8 +637,8 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
     }
 
     #[inline(always)]
-    fn leave_out(&mut self, is_hidden: impl FnMut([ProjectedVertex; 3]) -> Option<bool>) {
-        self.geometry.leave_out(is_hidden);
+    fn leave_out(&mut self, look: impl FnMut([ProjectedVertex; 3]) -> Sight) {
+        self.geometry.leave_out(look);
     }
 
     #[inline(always)]

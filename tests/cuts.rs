@@ -461,3 +461,21 @@ fn blank_records_draw_nothing() {
     assert_eq!(bins, Ok((4, 0)), "nor are they anywhere");
     assert_eq!((BLANK.primitive_index(), BLANK.setup().is_none()), (0, true), "nor anything");
 }
+
+#[test]
+fn records_end_where_an_iterator_first_does() {
+    let (positions, values) = two_triangles();
+    let records = prepared(FRAME.area(), Primitives::list(), &positions, &values);
+    let rasterizer = Rasterizer::<Mixed>::new(FRAME.viewport());
+    let draw = |lengths: &[usize]| {
+        // So many, then none, then more again.
+        let mut parts = lengths.iter().flat_map(|&len| (0..len).map(Some).chain([None]));
+        let iterator = core::iter::from_fn(|| parts.next().flatten().map(|i| &records[i % records.len()]));
+        let mut counts = vec![0u8; FRAME.len()];
+        let mut target = Surface::color_only(&mut counts, FRAME.width, FRAME.height).expect("it fits");
+        rasterizer.draw_prepared_over(&mut target, iterator, |_, count| count + 1).samples_passed
+    };
+    let each = u64::from(FRAME.width * FRAME.height) / 2;
+    assert_eq!((draw(&[2, 5]), draw(&[64, 1]), draw(&[0, 1])), (2 * each, 64 * each, 0), "and not later");
+    assert_eq!(draw(&[130]), 130 * each, "nor earlier");
+}
