@@ -134,7 +134,7 @@ struct Batch {
     next: usize,
     /// The number of the first triangle.
     primitive: u32,
-    /// How many of them are minute.
+    /// How many of those that may be seen were minute.
     minute: u32,
 }
 
