@@ -195,15 +195,21 @@ impl Projector {
         let place = |ndc: Vec4, i: usize| ndc * scale[i] + Vec4::splat(offset[i]);
         let (x, y) = (place(x * inv_w, 0), place(y * inv_w, 1));
         if !self.volume.contains_four([x, y, z, w]) {
-            return positions.map(|position| self.project(position));
+            let [a, b, c, d] = positions;
+            return self.project_apart(a, b, c, d);
         }
         let depth = (z * inv_w).max(Vec4::splat(-1e12)).min(Vec4::splat(1e12));
         let rounded = |pixels: Vec4| pixels * SUBPIXELS as f32 + ROUNDING;
-        // What rounding has added is taken away at the end: as integers, coordinates would not be floats to transpose.
-        transpose([rounded(x), rounded(y), place(depth, 2), inv_w]).map(|vertex| {
-            let [x, y, z, inv_w] = vertex.to_array();
-            ProjectedVertex { x: rounded_to(x), y: rounded_to(y), z, inv_w }
-        })
+        let (x, y) = (rounded(x).to_array().map(rounded_to), rounded(y).to_array().map(rounded_to));
+        let (z, inv_w) = (place(depth, 2).to_array(), inv_w.to_array());
+        core::array::from_fn(|i| ProjectedVertex { x: x[i], y: y[i], z: z[i], inv_w: inv_w[i] })
+    }
+
+    /// Four positions, some of which have to be clipped away.
+    #[cold]
+    #[inline(never)]
+    fn project_apart(&self, a: Vec4, b: Vec4, c: Vec4, d: Vec4) -> [ProjectedVertex; 4] {
+        [a, b, c, d].map(|position| self.project(position))
     }
 
     #[cold]
