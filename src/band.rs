@@ -2,6 +2,8 @@
 
 #![expect(clippy::cast_possible_truncation, reason = "rows of a band are under 2⁴")]
 
+use core::hint::black_box;
+
 use crate::coarse::DepthRow;
 use crate::fragment::WeightParts;
 use crate::interpolate::Varyings;
@@ -58,15 +60,19 @@ impl Band {
         }
         self.rows = solver.solve(self.y);
         self.count = LANES.min((self.bottom - self.y) as usize);
+        // As if they were others for each band. Else LLVM fills registers with them before the first, and does so for tiny triangles,
+        // too, which have no band.
+        let plane = black_box(*triangle.plane);
+        let scales = black_box(triangle.shading.scales);
         let (left, right) = (area.left, area.right);
         for row in 0..LANES {
             self.rows.start[row] = self.rows.start[row].max(left);
             self.rows.end[row] = self.rows.end[row].min(right);
-            self.z[row] = triangle.plane.at_edges(self.rows.edges[0][row], self.rows.edges[1][row]);
+            self.z[row] = plane.at_edges(self.rows.edges[0][row], self.rows.edges[1][row]);
         }
         let [a, b, c] = &self.rows.edges;
         for row in 0..LANES {
-            let at = triangle.shading.parts([a[row], b[row], c[row]]);
+            let at = scales.parts([a[row], b[row], c[row]]);
             let [p, q, sum, l, m] = &mut self.parts;
             (p[row], q[row], sum[row], l[row], m[row]) = (at.p, at.q, at.sum, at.l, at.m);
         }

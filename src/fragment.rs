@@ -14,10 +14,9 @@ use crate::triple::each;
 pub(crate) struct Shading<'a, V> {
     /// At the corners, in canonical order.
     varyings: &'a [V; 3],
-    inv_w: [f32; 3],
     /// Where the corners are.
     corners: [[i32; 2]; 3],
-    inv_area2: f32,
+    pub(crate) scales: Scales,
     /// Which corner is the provoking one.
     provoking: u8,
     /// Which of the vertices given to setup each corner is.
@@ -26,6 +25,14 @@ pub(crate) struct Shading<'a, V> {
     primitive: u32,
     /// How these vertices came about, if the triangle is a piece of a clipped one.
     pedigree: Option<&'a Pedigree>,
+}
+
+/// What edge functions are multiplied by to become parts of weights.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scales {
+    /// Of the corners.
+    inv_w: [f32; 3],
+    inv_area2: f32,
 }
 
 /// Who a triangle is, apart from its geometry.
@@ -113,6 +120,28 @@ impl WeightParts {
     }
 }
 
+impl Scales {
+    /// What weights are made of where the edge functions are these; and, of their steps, its step.
+    #[inline(always)]
+    pub(crate) fn parts(&self, edges: [f32; 3]) -> WeightParts {
+        let [p, q, r] = product(edges, self.inv_w);
+        WeightParts { p, q, sum: p + q + r, l: edges[0] * self.inv_area2, m: edges[1] * self.inv_area2 }
+    }
+
+    /// [`parts`](Self::parts) for several samples: p, q, sum, l, m.
+    #[inline(always)]
+    pub(crate) fn parts_of<const N: usize>(&self, [a, b, c]: [[f32; N]; 3]) -> [[f32; N]; 5] {
+        // One step at a time for all lanes: each becomes one operation or two.
+        let times = |edge: [f32; N], factor: f32| edge.map(|value| value * factor);
+        let [u, v, w] = self.inv_w;
+        let (p, q, mut sum) = (times(a, u), times(b, v), times(c, w));
+        for i in 0..N {
+            sum[i] += p[i] + q[i];
+        }
+        [p, q, sum, times(a, self.inv_area2), times(b, self.inv_area2)]
+    }
+}
+
 impl<'a, V: Varyings> Shading<'a, V> {
     #[inline(always)]
     pub(crate) fn new(
@@ -129,9 +158,11 @@ impl<'a, V: Varyings> Shading<'a, V> {
         };
         Self {
             varyings,
-            inv_w: each(setup.corners(), |corner| corner.inv_w()),
             corners: each(setup.corners(), |corner| [corner.x(), corner.y()]),
-            inv_area2: 1.0 / to_f32(setup.area2()),
+            scales: Scales {
+                inv_w: each(setup.corners(), |corner| corner.inv_w()),
+                inv_area2: 1.0 / to_f32(setup.area2()),
+            },
             provoking,
             order,
             is_front_facing: identity.is_front_facing,
@@ -179,30 +210,10 @@ impl<'a, V: Varyings> Shading<'a, V> {
         }
     }
 
-    /// What weights are made of where the edge functions are these; and, of their steps, its step.
-    #[inline(always)]
-    pub(crate) fn parts(&self, edges: [f32; 3]) -> WeightParts {
-        let [p, q, r] = product(edges, self.inv_w);
-        WeightParts { p, q, sum: p + q + r, l: edges[0] * self.inv_area2, m: edges[1] * self.inv_area2 }
-    }
-
-    /// [`parts`](Self::parts) for several samples: p, q, sum, l, m.
-    #[inline(always)]
-    pub(crate) fn parts_of<const N: usize>(&self, [a, b, c]: [[f32; N]; 3]) -> [[f32; N]; 5] {
-        // One step at a time for all lanes: each becomes one operation or two.
-        let times = |edge: [f32; N], factor: f32| edge.map(|value| value * factor);
-        let [u, v, w] = self.inv_w;
-        let (p, q, mut sum) = (times(a, u), times(b, v), times(c, w));
-        for i in 0..N {
-            sum[i] += p[i] + q[i];
-        }
-        [p, q, sum, times(a, self.inv_area2), times(b, self.inv_area2)]
-    }
-
-    /// The change of [`parts`](Self::parts) by a pixel to the right.
+    /// The change of what weights are made of by a pixel to the right.
     #[inline(always)]
     pub(crate) fn step_x(&self) -> WeightParts {
-        self.parts(self.step(0))
+        self.scales.parts(self.step(0))
     }
 
     /// Change of each edge function by a pixel right, or down. (Where nobody asks for it, it is not worked out.)
@@ -296,7 +307,7 @@ impl<V: Varyings> Fragment<'_, V> {
     #[inline(always)]
     #[must_use]
     pub fn inv_w(&self) -> f32 {
-        self.at.sum * self.triangle.inv_area2
+        self.at.sum * self.triangle.scales.inv_area2
     }
 
     /// Perspective-correct weights α, β, γ of the triangle's three vertices, in the caller's order.
@@ -350,7 +361,7 @@ impl<V: Varyings> Fragment<'_, V> {
 
     #[inline(always)]
     fn derivative(&self, step: [f32; 3]) -> V {
-        let Shading { inv_w, inv_area2, provoking, .. } = *self.triangle;
+        let Shading { scales: Scales { inv_w, inv_area2 }, provoking, .. } = *self.triangle;
         let WeightParts { p, q, sum, .. } = self.at;
         let inv_sum = 1.0 / sum;
         let [dp, dq, dr] = product(step, inv_w);

@@ -9,7 +9,7 @@
 use crate::behind::{Sight, keep_seen};
 use crate::fan::{Fan, Piece};
 use crate::fragment::Identity;
-use crate::primitive::{Index, Triangle, Triangles};
+use crate::primitive::{Group, Index, Triangle, Triangles};
 use crate::project::{Positions, ProjectedVertex, Projector, ROUNDING, is_invalid};
 use crate::setup::{ORDERS, Setup, sample_bounds, signed_area2};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
@@ -38,10 +38,10 @@ impl Facing {
     }
 
     #[inline(always)]
-    pub(crate) fn identity(self, triangle: Triangle, is_counter_clockwise: bool, primitive: u32) -> Identity {
+    pub(crate) fn identity(self, last_provoking: u8, is_counter_clockwise: bool, primitive: u32) -> Identity {
         let provoking = match self.provoking_vertex {
             ProvokingVertex::First => 0,
-            ProvokingVertex::Last => triangle.last_provoking(),
+            ProvokingVertex::Last => last_provoking,
         };
         Identity { provoking, is_front_facing: self.is_front(is_counter_clockwise), primitive }
     }
@@ -114,10 +114,18 @@ impl PixelBorders {
     }
 }
 
+/// The corners of a triangle that is one point. (A call: so LLVM leaves the way to it as a branch that is never taken, instead of
+/// choosing between each vertex and none.)
+#[cold]
+#[inline(never)]
+fn no_corners() -> [[i32; 2]; 3] {
+    [[0; 2]; 3]
+}
+
 /// Some triangles of a draw, and what was found out about them.
 #[derive(Debug)]
-struct Batch {
-    triangles: [Triangle; BATCH],
+struct Batch<'a, I> {
+    triangles: Group<'a, I, BATCH>,
     /// x and y of the first vertices, the second and the third ones, in subpixels, side by side as they are fetched. Those of
     /// a vertex outside are no place, and far to the left: see [`ProjectedVertex::xy`].
     corners: [[[i32; 2]; BATCH]; 3],
@@ -138,9 +146,9 @@ struct Batch {
     minute: u32,
 }
 
-impl Batch {
+impl<I: Index> Batch<'_, I> {
     const EMPTY: Self = Self {
-        triangles: [Triangle::new([0; 3], 0); BATCH],
+        triangles: Group::EMPTY,
         corners: [[[0; 2]; BATCH]; 3],
         x: [[0.0; BATCH]; 3],
         y: [[0.0; BATCH]; 3],
@@ -241,7 +249,7 @@ pub(crate) struct Geometry<'a, I, P> {
     facing: Facing,
     /// The render area.
     area: Borders,
-    batch: Batch,
+    batch: Batch<'a, I>,
     /// Where what is rare leaves its result. If it returned that, the usual result would have to go through memory, too.
     aside: Piece,
     pub(crate) statistics: Statistics,
@@ -277,25 +285,20 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         self.batch.primitive = self.batch.primitive.wrapping_add(self.batch.count as u32);
         let Self { triangles, vertices, batch, .. } = self;
         let [a, b, c] = &mut batch.corners;
-        let slots = batch.triangles.iter_mut().zip(a.iter_mut().zip(b).zip(c));
+        let slots = a.iter_mut().zip(b).zip(c);
         let count = if P::ARE_PROJECTED {
             let projected = vertices.positions.projected();
-            triangles.for_next(slots, |(slot, ((a, b), c)), triangle| {
-                *slot = triangle;
-                let [i, j, k] = triangle.vertices();
-                // Indices were checked before. Of one that is out of range all the same, as it was looked up again, the
-                // triangle is one point. Three points: so the exits differ, and LLVM leaves them as branches that are never
-                // taken, instead of choosing between each vertex and none.
-                let mut point = |at| [*a, *b, *c] = [[at; 2]; 3];
-                let Some(i) = projected.get(i) else { return point(0) };
-                let Some(j) = projected.get(j) else { return point(1) };
-                let Some(k) = projected.get(k) else { return point(2) };
+            triangles.take_group(&mut batch.triangles, slots, |((a, b), c), [i, j, k]| {
+                // Indices were checked before; one that is out of range all the same was looked up again.
+                let mut point = || [*a, *b, *c] = no_corners();
+                let Some(i) = projected.get(i) else { return point() };
+                let Some(j) = projected.get(j) else { return point() };
+                let Some(k) = projected.get(k) else { return point() };
                 (*a, *b, *c) = (i.xy(), j.xy(), k.xy());
             })
         } else {
-            triangles.for_next(slots, |(slot, ((a, b), c)), triangle| {
-                *slot = triangle;
-                [*a, *b, *c] = each(vertices.corners(triangle.vertices()), ProjectedVertex::xy);
+            triangles.take_group(&mut batch.triangles, slots, |((a, b), c), triangle| {
+                [*a, *b, *c] = each(vertices.corners(triangle), ProjectedVertex::xy);
             })
         };
         batch.count = count;
@@ -491,7 +494,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             if verdicts[lane] & verdict::UNDECIDED != 0 {
                 return Sight::Unknown;
             }
-            look(self.vertices.corners(triangles[lane].vertices()))
+            look(self.vertices.corners(triangles.in_order(lane, &[0, 1, 2])))
         });
     }
 
@@ -510,23 +513,23 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             }
             let lane = *self.batch.list.get(self.batch.next)? & (BATCH - 1);
             self.batch.next += 1;
-            // Looked up where it stands: a copy would be stored only to be loaded by its order (W5 48.3 → 50.9 M instructions).
-            let (triangle, verdict) = (&self.batch.triangles[lane], self.batch.verdicts[lane]);
+            let verdict = self.batch.verdicts[lane];
             let number = self.batch.primitive.wrapping_add(lane as u32);
             let (setup, vertices) = if verdict & verdict::UNDECIDED == 0 {
                 let place = verdict & verdict::ORDER;
-                let vertices = triangle.in_order(*ORDERS.get(place as usize)?);
+                let order = ORDERS.get(place as usize)?;
+                let vertices = self.batch.triangles.in_order(lane, order);
                 (Setup::of_corners(self.vertices.corners(vertices), place as u8), vertices)
             } else {
-                let triangle = *triangle;
+                let triangle = self.batch.triangles.triangle(lane);
                 if !self.look_closer(triangle, number, fan) {
                     continue;
                 }
                 let setup = self.aside.setup;
-                (setup, triangle.in_order(setup.order()))
+                (setup, self.batch.triangles.in_order(lane, &setup.order()))
             };
-            let identity =
-                self.facing.identity(self.batch.triangles[lane], setup.is_counter_clockwise(), number);
+            let last_provoking = self.batch.triangles.last_provoking(lane);
+            let identity = self.facing.identity(last_provoking, setup.is_counter_clockwise(), number);
             let covered = self.within(&setup, (verdict >> verdict::COVERED_SHIFT) as u8);
             return Some(Piece { setup, vertices, identity, in_fan: 0, covered });
         }
@@ -615,7 +618,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             *count += 1;
             return None;
         }
-        fan.identity = self.facing.identity(triangle, fan.area2() < 0, primitive);
+        fan.identity = self.facing.identity(triangle.last_provoking(), fan.area2() < 0, primitive);
         Some(fan)
     }
 }

@@ -102,7 +102,7 @@ impl<P: Positions, A> Vertices<P, A> {
         if self.facing.culls(whole) {
             return Fate::Culled;
         }
-        part.identity = self.facing.identity(*triangle, whole < 0, part.identity.primitive);
+        part.identity = self.facing.identity(triangle.last_provoking(), whole < 0, part.identity.primitive);
         loop {
             part.in_fan += 1;
             let Some(area2) = project_piece(polygon, part.in_fan, &self.projector, &mut part.corners) else {
@@ -203,7 +203,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
             vertices.fetch(triangle.vertices(), &mut part.corners);
             let [a, b, c] = part.corners;
             part.area2 = signed_area2(a, b, c);
-            part.identity = vertices.facing.identity(triangle, part.area2 < 0, number);
+            part.identity = vertices.facing.identity(triangle.last_provoking(), part.area2 < 0, number);
             part.in_fan = 0;
             number = number.wrapping_add(1);
             primitives += 1;
@@ -297,7 +297,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
             let (mut x, end, anchor) =
                 (rows.start[0].max(area.left), rows.end[0].min(area.right), rows.anchor[0]);
             let edges = [rows.edges[0][0], rows.edges[1][0], rows.edges[2][0]];
-            let (base, z) = (shading.parts(edges), plane.at_edges(edges[0], edges[1]));
+            let (base, z) = (shading.scales.parts(edges), plane.at_edges(edges[0], edges[1]));
             let dx = |x: i32| x.wrapping_sub(anchor) as f32;
             // Depth is linear, rounding included: inside of its limits at both ends, it needs no clamp between them. A row
             // that leaves them is drawn a pixel at a time, each with a depth of its own.
@@ -375,7 +375,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
                     let z = plane.clamp(plane.at_edges(own[0], own[1]));
                     let new = F::Depth::from_depth(z);
                     if !F::Depth::IS_STORED || self.test.passes(new, *depth) {
-                        let at = shading.parts(own);
+                        let at = shading.scales.parts(own);
                         shaded += 1;
                         match (self.shade)(Fragment { triangle: shading, at, x, y, depth: z }, *color).into()
                         {

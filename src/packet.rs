@@ -234,7 +234,7 @@ impl<C, D> Packet<'_, C, D> {
                     continue;
                 }
             }
-            let parts = shading.parts_of(edges);
+            let parts = shading.scales.parts_of(edges);
             if passing == all {
                 self.put_group(filled, pixels, parts, z, places);
                 filled += count;

@@ -349,12 +349,46 @@ impl Triangle {
     pub(crate) fn last_provoking(&self) -> u8 {
         self.numbers[3] as u8
     }
+}
 
-    /// Its vertices, `order[i]` for each i.
+/// Triangles that follow one another. Those of a list with indices are looked up where they come from; others are kept. (Of a
+/// fine mesh, most are looked at once, and to keep a triangle takes as long as to fetch two of its corners.)
+#[derive(Debug)]
+pub(crate) struct Group<'a, I, const N: usize> {
+    listed: &'a [I],
+    kept: [Triangle; N],
+}
+
+impl<'a, I: Index, const N: usize> Group<'a, I, N> {
+    /// No triangle.
+    pub(crate) const EMPTY: Self = Self { listed: &[], kept: [Triangle::new([0; 3], 0); N] };
+
+    /// One vertex of a triangle in winding order, `which` is 0 to 2.
     #[inline(always)]
-    pub(crate) fn in_order(&self, order: [u8; 3]) -> [usize; 3] {
-        // From memory, not by branches: no predictor knows the order.
-        each(order, |i| self.numbers[usize::from(i & 3)])
+    fn vertex(&self, triangle: usize, which: u8) -> usize {
+        // From memory, not by branches: no predictor knows the order of vertices.
+        match self.listed.get(3 * triangle + usize::from(which)) {
+            Some(index) => index.to_usize(),
+            None => self.kept.get(triangle).map_or(0, |kept| kept.numbers[usize::from(which & 3)]),
+        }
+    }
+
+    /// A triangle's vertices, `order[i]` for each i.
+    #[inline(always)]
+    pub(crate) fn in_order(&self, triangle: usize, [a, b, c]: &[u8; 3]) -> [usize; 3] {
+        each([a, b, c], |&which| self.vertex(triangle, which))
+    }
+
+    /// Which of its vertices is the last provoking one.
+    #[inline(always)]
+    pub(crate) fn last_provoking(&self, triangle: usize) -> u8 {
+        if self.listed.is_empty() { self.kept.get(triangle).map_or(2, Triangle::last_provoking) } else { 2 }
+    }
+
+    /// A triangle.
+    #[inline(always)]
+    pub(crate) fn triangle(&self, triangle: usize) -> Triangle {
+        Triangle::new(self.in_order(triangle, &[0, 1, 2]), self.last_provoking(triangle))
     }
 }
 
@@ -414,31 +448,35 @@ impl<I: Index> Triangles<'_, I> {
     }
 }
 
-impl<I: Index> Triangles<'_, I> {
-    /// Hands on a triangle for each slot, until there are no more of either. Gives how many triangles were handed on.
+impl<'a, I: Index> Triangles<'a, I> {
+    /// Takes the next triangles into `group` and hands on the vertices of each, with its slot, until there are no more of
+    /// either. Gives how many triangles they are.
     #[inline(always)]
-    pub(crate) fn for_next<S>(
+    pub(crate) fn take_group<S, const N: usize>(
         &mut self,
+        group: &mut Group<'a, I, N>,
         slots: impl ExactSizeIterator<Item = S>,
-        mut take: impl FnMut(S, Triangle),
+        mut take: impl FnMut(S, [usize; 3]),
     ) -> usize {
         let is_list = self.primitives.topology == Topology::List && !self.primitives.restart;
         if let (true, Some(indices)) = (is_list, self.primitives.indices) {
-            let count = slots.len().min((self.len - self.next) / 3);
+            let count = slots.len().min(N).min((self.len - self.next) / 3);
             let indices = indices.get(self.next..self.next + 3 * count).unwrap_or_default();
+            group.listed = indices;
             self.next += 3 * count;
             for (slot, indices) in slots.zip(indices.chunks_exact(3)) {
                 if let &[a, b, c] = indices {
-                    let vertices = [a.to_usize(), b.to_usize(), c.to_usize()];
-                    take(slot, Triangle::new(vertices, 2));
+                    take(slot, [a.to_usize(), b.to_usize(), c.to_usize()]);
                 }
             }
             return count;
         }
+        group.listed = &[];
         let mut count = 0;
-        for slot in slots {
+        for (kept, slot) in group.kept.iter_mut().zip(slots) {
             let Some(triangle) = self.next() else { break };
-            take(slot, triangle);
+            *kept = triangle;
+            take(slot, triangle.vertices());
             count += 1;
         }
         count
@@ -510,10 +548,24 @@ mod tests {
         primitives: Primitives<'_, I>,
         vertices: usize,
     ) -> Vec<([usize; 3], usize, usize)> {
-        primitives
-            .triangles(vertices)
-            .map(|t| (t.vertices(), t.vertices()[0], t.vertices()[usize::from(t.last_provoking())]))
-            .collect()
+        let all: Vec<_> = primitives.triangles(vertices).collect();
+        let (mut grouped, mut group, mut rest) =
+            (Vec::new(), Group::<I, 3>::EMPTY, primitives.triangles(vertices));
+        loop {
+            let mut slots = [[0; 3]; 4];
+            let count = rest.take_group(&mut group, slots.iter_mut(), |slot, vertices| *slot = vertices);
+            for (i, &[a, b, c]) in slots[..count].iter().enumerate() {
+                assert_eq!(group.in_order(i, &[1, 2, 0]), [b, c, a], "as handed on: {primitives:?}");
+                grouped.push(group.triangle(i));
+            }
+            if count < 3 {
+                break;
+            }
+        }
+        assert_eq!(grouped, all, "three at a time: {primitives:?} of {vertices}");
+        let named =
+            |t: Triangle| (t.vertices(), t.vertices()[0], t.vertices()[usize::from(t.last_provoking())]);
+        all.into_iter().map(named).collect()
     }
 
     #[test]

@@ -272,7 +272,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             return 0;
         };
         let Some(&filler) = colors.first() else { return 0 };
-        let (count, mut lost) = (count as f32, 0u32);
+        let (count, mut lost) = (count as u32 as f32, 0u32);
         // Results are selected, not branched on, so that a discard vectorises too.
         for i in 0..len {
             let at = WeightParts { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
@@ -361,7 +361,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let run = self.target.run(sample.x, sample.y, 1);
             let (Some(&color), Some(&depth)) = (run.color.first(), run.depth.first()) else { continue };
             if passes(self.test, z, depth) {
-                packet.put(filled, (sample.x, sample.y), shading.parts(sample.edges), z, sample.place);
+                packet.put(filled, (sample.x, sample.y), shading.scales.parts(sample.edges), z, sample.place);
                 if BLENDS {
                     packet.colors[filled] = color;
                 }
