@@ -14,6 +14,7 @@ use crate::coarse::direction;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, passes};
 use crate::plane::nearest;
 use crate::project::ProjectedVertex;
+use crate::queue::Queue;
 use crate::setup::sample_bounds;
 use crate::target::{Borders, Framebuffer, lend};
 use crate::triple::each;
@@ -36,28 +37,17 @@ pub(crate) enum Sight {
     Enough,
 }
 
-/// Leaves out those of the first `len` that are behind, and looks at one after the other until it is enough. Gives how many are left.
+/// Leaves out those that are behind, and looks at one after the other until it is enough.
 #[inline(always)]
-pub(crate) fn keep_seen<T: Copy, const N: usize>(
-    list: &mut [T; N],
-    len: usize,
-    mut look: impl FnMut(T) -> Sight,
-) -> usize {
-    let len = len.min(N);
-    let (mut at, mut left) = (0, 0);
-    while at < len {
-        let sight = look(list[at]);
-        if sight == Sight::Enough {
-            break;
+pub(crate) fn keep_seen(queue: &mut Queue, mut look: impl FnMut(usize) -> Sight) {
+    let mut to_look_at = *queue;
+    while let Some(number) = to_look_at.pop() {
+        match look(number) {
+            Sight::Behind => queue.remove(number),
+            Sight::Unknown => {}
+            Sight::Enough => return,
         }
-        list[left] = list[at];
-        left += usize::from(sight != Sight::Behind);
-        at += 1;
     }
-    if left < at {
-        list.copy_within(at..len, left);
-    }
-    left + (len - at)
 }
 
 /// A look at the depths around triangles that are about to be drawn.
@@ -331,13 +321,13 @@ mod tests {
     #[test]
     fn what_is_behind_is_left_out_until_it_is_enough() {
         let keep = |behind: &[usize], enough: usize, len: usize| {
-            let mut list = core::array::from_fn::<usize, 9, _>(|i| i);
-            let left = keep_seen(&mut list, len, |i| match i {
+            let mut queue = Queue::first(len);
+            keep_seen(&mut queue, |i| match i {
                 i if i >= enough => Sight::Enough,
                 i if behind.contains(&i) => Sight::Behind,
                 _ => Sight::Unknown,
             });
-            list[..left].to_vec()
+            core::iter::from_fn(|| queue.pop()).collect::<Vec<_>>()
         };
         assert_eq!(keep(&[0, 2, 3], 9, 6), [1, 4, 5], "in the middle");
         assert_eq!(keep(&[0, 2, 3, 5], 3, 6), [1, 3, 4, 5], "the rest is not looked at");

@@ -11,6 +11,7 @@ use crate::fan::{Fan, Piece};
 use crate::fragment::Identity;
 use crate::primitive::{Group, Index, Triangle, Triangles};
 use crate::project::{Positions, ProjectedVertex, Projector, ROUNDING, is_invalid};
+use crate::queue::Queue;
 use crate::setup::{ORDERS, Setup, sample_bounds, signed_area2};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Borders, Rect};
@@ -133,13 +134,10 @@ struct Batch<'a, I> {
     x: [[f32; BATCH]; 3],
     y: [[f32; BATCH]; 3],
     verdicts: [u32; BATCH],
-    /// Which of them may be seen, and how many those are.
-    list: [usize; BATCH],
-    len: usize,
+    /// Which of them may be seen, and were not drawn yet.
+    queue: Queue,
     /// How many triangles there are in all.
     count: usize,
-    /// The place in the list of the next one.
-    next: usize,
     /// The number of the first triangle.
     primitive: u32,
     /// How many of those that may be seen were minute.
@@ -153,20 +151,17 @@ impl<I: Index> Batch<'_, I> {
         x: [[0.0; BATCH]; 3],
         y: [[0.0; BATCH]; 3],
         verdicts: [0; BATCH],
-        list: [0; BATCH],
-        len: 0,
+        queue: Queue::EMPTY,
         count: 0,
-        next: 0,
         primitive: 0,
         minute: 0,
     };
 
-    /// About where the triangles of the list lie: the bounds of every eighth of them, and of the last one.
+    /// About where the triangles of the queue lie: the bounds of some.
     #[inline(always)]
     fn neighbourhood(&self) -> Borders {
-        let list = self.list.get(..self.len).unwrap_or_default();
         let (mut least, mut most) = ([f32::MAX; 2], [f32::MIN; 2]);
-        for &i in list.iter().step_by(8).chain(list.last()) {
+        for i in self.queue.some() {
             for (axis, [a, b, c]) in [&self.x, &self.y].into_iter().enumerate() {
                 let [a, b, c] = [a, b, c].map(|corner| corner[i & (BATCH - 1)]);
                 least[axis] = min(least[axis], min(min(a, b), c));
@@ -194,17 +189,17 @@ impl<I: Index> Batch<'_, I> {
 ///
 /// ```text
 ///   bits 0–2   ORDER      a place in ORDERS, by which its vertices come into canonical order
-///   bit 3      DROPPED    it is not drawn
 ///   bit 4      UNDECIDED  it has to be clipped, or its area is zero in f32: look closer
 ///   bits 8–11             Piece::covered, the samples that it covers, or 0 if that is not known
+///   bit 31     DROPPED    it is not drawn: a sign, as a Queue needs it
 /// ```
 mod verdict {
     pub(super) const ORDER: u32 = 0b111;
     /// Added to the place of the first vertex.
     pub(super) const COUNTER_CLOCKWISE: u32 = 3;
-    pub(super) const DROPPED: u32 = 1 << 3;
     pub(super) const UNDECIDED: u32 = 1 << 4;
     pub(super) const COVERED_SHIFT: u32 = 8;
+    pub(super) const DROPPED: u32 = 1 << 31;
 }
 
 /// Where vertices come from.
@@ -311,7 +306,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         } else {
             // Integers are as fast, and where floats are emulated much faster.
             self.batch.verdicts = [verdict::UNDECIDED; BATCH];
-            (self.batch.len, self.batch.next) = (count, 0);
+            self.batch.queue = Queue::first(count);
         }
         true
     }
@@ -326,7 +321,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[inline(always)]
     fn sift<const LANES: usize>(&mut self) {
         let count = self.batch.count;
-        (self.batch.len, self.batch.next, self.batch.minute) = (0, 0, 0);
+        (self.batch.queue, self.batch.minute) = (Queue::EMPTY, 0);
         if count < LANES {
             for corners in &mut self.batch.corners {
                 corners.get_mut(count..LANES).unwrap_or_default().fill([0; 2]);
@@ -341,14 +336,10 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         if minute > MANY {
             self.sift_minute::<LANES>();
         }
-        let Batch { verdicts, list, .. } = &mut self.batch;
-        let mut len = 0;
-        for (i, verdict) in (0..count).zip(verdicts) {
-            // Always put there; kept, or overwritten by the next.
-            list[len & (BATCH - 1)] = i;
-            len += usize::from(*verdict & verdict::DROPPED == 0);
-        }
-        (self.batch.len, self.batch.minute) = (len, minute);
+        let verdicts = self.batch.verdicts.get(..LANES).unwrap_or_default();
+        // Where the batch has no triangle, there is one without an area.
+        self.batch.queue = Queue::of_clear_signs(verdicts);
+        self.batch.minute = minute;
     }
 
     /// Drops triangles that are culled. Gives how many are left.
@@ -479,7 +470,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// About where those triangles of the batch lie that may be seen, if it is worth fetching their pixels together.
     #[inline(always)]
     pub(crate) fn neighbourhood(&self) -> Option<Borders> {
-        let Batch { len, minute, .. } = self.batch;
+        let (len, minute) = (self.batch.queue.len(), self.batch.minute);
         // Minute triangles are so many to a cache line that hardly one of them needs a new one.
         let is_worth_it = (len >= SOME) & (2 * minute as usize <= len);
         is_worth_it.then(|| self.batch.neighbourhood().intersection(self.area))
@@ -488,8 +479,8 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// Leaves out triangles of the batch, none of which was drawn yet, that are behind what is there: see [`keep_seen`].
     #[inline(always)]
     pub(crate) fn leave_out(&mut self, mut look: impl FnMut([ProjectedVertex; 3]) -> Sight) {
-        let Batch { triangles, verdicts, list, len, .. } = &mut self.batch;
-        *len = keep_seen(list, *len, |lane| {
+        let Batch { triangles, verdicts, queue, .. } = &mut self.batch;
+        keep_seen(queue, |lane| {
             let lane = lane & (BATCH - 1);
             if verdicts[lane] & verdict::UNDECIDED != 0 {
                 return Sight::Unknown;
@@ -508,11 +499,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 }
                 continue;
             }
-            if self.batch.next >= self.batch.len {
-                return None;
-            }
-            let lane = *self.batch.list.get(self.batch.next)? & (BATCH - 1);
-            self.batch.next += 1;
+            let lane = self.batch.queue.pop()? & (BATCH - 1);
             let verdict = self.batch.verdicts[lane];
             let number = self.batch.primitive.wrapping_add(lane as u32);
             let (setup, vertices) = if verdict & verdict::UNDECIDED == 0 {

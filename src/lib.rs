@@ -96,6 +96,7 @@ mod interpolate;
 mod fragment;
 
 // The two halves of a draw: which triangles, and which pixels, with SIMD and without; and the draw.
+mod queue;
 mod geometry;
 mod ahead;
 mod behind;

@@ -26,6 +26,7 @@ use crate::geometry::{BATCH, Geometry};
 use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, ProjectedVertex, Projector};
+use crate::queue::Queue;
 use crate::rasterizer::{DrawError, Rasterizer, Source};
 use crate::setup::{Setup, sample_bounds};
 use crate::state::Statistics;
@@ -272,10 +273,9 @@ impl<I: Index, P: Positions, A: Attributes> Preparation<'_, I, P, A> {
 /// Records, to be drawn.
 struct Records<'r, R, V> {
     records: R,
-    /// Those to be drawn next, how many they are, and the place of the first of them that was not drawn yet.
+    /// Some that come one after the other, and which of them were not drawn yet.
     batch: [Option<&'r Record<V>>; BATCH],
-    len: usize,
-    next: usize,
+    queue: Queue,
     /// The one that came last.
     record: Option<&'r Record<V>>,
     projector: Projector,
@@ -289,20 +289,22 @@ struct Records<'r, R, V> {
 impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'r, R, V> {
     #[inline(always)]
     fn refill(&mut self) -> bool {
-        (self.len, self.next) = (0, 0);
-        while self.len < BATCH {
+        let mut count = 0;
+        while count < BATCH {
             let Some(record) = self.records.next() else { break };
             if record.bounds().map_or(record.kind == Kind::Clipped, |bounds| bounds.overlaps(self.area)) {
-                self.batch[self.len] = Some(record);
-                self.len += 1;
+                self.batch[count] = Some(record);
+                count += 1;
             }
         }
-        self.len > 0
+        self.queue = Queue::first(count);
+        count > 0
     }
 
     #[inline(always)]
     fn leave_out(&mut self, mut look: impl FnMut([ProjectedVertex; 3]) -> Sight) {
-        self.len = keep_seen(&mut self.batch, self.len, |record| {
+        keep_seen(&mut self.queue, |place| {
+            let record = self.batch.get(place).copied().flatten();
             record.and_then(Record::corners).map_or(Sight::Unknown, &mut look)
         });
     }
@@ -327,8 +329,7 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
                 }
                 continue;
             }
-            let record = (*self.batch.get(..self.len)?.get(self.next)?)?;
-            self.next += 1;
+            let record = (*self.batch.get(self.queue.pop()?)?)?;
             self.record = Some(record);
             if let Some(setup) = record.setup() {
                 let identity = record.identity();
@@ -500,8 +501,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let mut source = Records {
             records,
             batch: [None; BATCH],
-            len: 0,
-            next: 0,
+            queue: Queue::EMPTY,
             record: None,
             projector,
             area,

@@ -197,26 +197,23 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             );
             statistics.fragments += count as u64;
             statistics.samples_passed += count as u64 - u64::from(lost);
-            if let Work::Rows(_, _, at) = &mut work {
-                at.is_shaded = true;
-                at.has_gaps |= lost > 0 || count < asked;
-            }
-
             if lost > 0 {
                 self.restore(&work, (begin, count, asked), packet);
             }
-            match &mut work {
+            let (band, at) = match &mut work {
                 Work::Tiny(patch, len) => return self.write_tiny(*patch, *len, packet),
-                Work::Rows(_, band, at) if at.gathered.is_empty() => {
-                    if Self::MAY_READ {
-                        let run = self.target.run(at.x + begin as i32, band.y + at.row as i32, asked);
-                        copy(run.color, packet.colors.get(..count).unwrap_or_default());
-                        if self.test.writes() {
-                            copy(run.depth, packet.depths.get(..count).unwrap_or_default());
-                        }
-                    }
+                Work::Rows(_, band, at) => (band, at),
+            };
+            at.is_shaded = true;
+            at.has_gaps |= lost > 0 || count < asked;
+            if !at.gathered.is_empty() {
+                self.write_rows(band, at, packet);
+            } else if Self::MAY_READ {
+                let run = self.target.run(at.x + begin as i32, band.y + at.row as i32, asked);
+                copy(run.color, packet.colors.get(..count).unwrap_or_default());
+                if self.test.writes() {
+                    copy(run.depth, packet.depths.get(..count).unwrap_or_default());
                 }
-                Work::Rows(_, band, at) => self.write_rows(band, at, packet),
             }
         }
     }
