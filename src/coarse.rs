@@ -281,15 +281,16 @@ impl Coarse {
         if !self.rejects {
             return (limit.min(end - x), false);
         }
-        let dx = x - hidden.left;
-        let segments = hidden.segments >> (dx / SEGMENT as i32);
+        // Not negative: shifts and masks, not divisions that round towards zero.
+        let (dx, left, limit) = ((x - hidden.left) as u32, (end - x) as u32, limit as u32);
+        let segments = hidden.segments >> (dx / SEGMENT as u32);
         let is_hidden = segments & 1 == 1;
         let count = if is_hidden { segments.trailing_ones() } else { segments.trailing_zeros() };
-        let len = (end - x).min(count as i32 * SEGMENT as i32 - dx % SEGMENT as i32);
+        let len = left.min(count * SEGMENT as u32 - dx % SEGMENT as u32);
         if is_hidden || len <= limit {
-            return (len, is_hidden);
+            return (len as i32, is_hidden);
         }
-        (limit - (dx + limit) % SEGMENT as i32, false)
+        ((limit - (dx + limit) % SEGMENT as u32) as i32, false)
     }
 
     /// Columns `x .. end` of a row have been tested, and written where they passed: nothing is left there that lies behind
@@ -303,11 +304,12 @@ impl Coarse {
         let first_is_farther = row.first_is_less() != are_upper;
         let dx = |x: i32| (x - row.anchor) as f32;
         let (start, end, border) = (dx(x), dx(end), Vec4::splat(dx(self.right)));
+        let farther = if first_is_farther { 0.0 } else { (SEGMENT - 1) as f32 };
         let first = (x - self.left) as usize / SEGMENT / QUAD * QUAD;
         let mut left = COLUMNS * SEGMENT as f32 + dx(self.left + (first * SEGMENT) as i32);
         for bounds in segments.get_mut(first..).unwrap_or_default().chunks_exact_mut(QUAD) {
             let right = (left + SEGMENT as f32).min(border);
-            let farthest = row.plane.moved_four(row.z, if first_is_farther { left } else { right - 1.0 });
+            let farthest = row.plane.moved_four(row.z, (left + farther).min(border - 1.0));
             let (from, to, farthest) = (left.to_array(), right.to_array(), farthest.to_array());
             if from[0] >= end {
                 break;

@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn clear_signs_are_found_and_those_taken_out_that_are_removed() {
-        let word = |i: usize| if i % 3 == 1 { 1 << 31 | i as u32 } else { u32::MAX >> i % 30 + 1 };
+        let word = |i: usize| if i % 3 == 1 { 1 << 31 | i as u32 } else { u32::MAX >> (i % 30 + 1) };
         let words: [u32; 64] = core::array::from_fn(word);
         for count in [0, 4, 16, 40, 64] {
             let mut queue = Queue::of_clear_signs(&words[..count]);

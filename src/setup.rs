@@ -185,7 +185,6 @@ impl Setup {
     #[inline(always)]
     pub(crate) fn extent(&self) -> u32 {
         let [a, b, c] = each(self.corners, |v| [v.x(), v.y()]);
-        #[expect(clippy::cast_sign_loss, reason = "high is not the lower one")]
         let size = |low: i32, high: i32| high.wrapping_sub(low) as u32;
         let width = size(a[0].min(b[0]).min(c[0]), a[0].max(b[0]).max(c[0]));
         // The first corner is the topmost. (Of positions that are asked for again and are others, it need not be: then what is
