@@ -251,47 +251,58 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        // All are as long already. Said again, for the compiler; cut from whole arrays here alone, some loops stay scalar.
-        let len = colors.len().min(PACKET);
-        let (Some(depths), Some(discarded)) = (depths.get_mut(..len), discarded.get_mut(..len)) else {
-            return 0;
-        };
-        let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
-            p.get(..len),
-            q.get(..len),
-            sum.get(..len),
-            l.get(..len),
-            m.get(..len),
-            z.get(..len),
-            xs.get(..len),
-            ys.get(..len),
-        ) else {
-            return 0;
-        };
+        let (is_padded, mut lost) = (Self::IS_PADDED && count < colors.len(), 0u32);
         let Some(&filler) = colors.first() else { return 0 };
-        let (count, mut lost) = (count as u32 as f32, 0u32);
-        // Results are selected, not branched on, so that a discard vectorises too.
-        for i in 0..len {
-            let at = WeightParts { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
-            let fragment = Fragment { triangle: shading, at, x: xs[i], y: ys[i], depth: z[i] };
-            let (old_color, old_depth) = (colors[i], depths[i]);
-            let depth = F::Depth::from_depth(z[i]);
-            if Self::IS_PADDED && test.writes() {
-                // Before the closure is called, and taken back if it discards: past a store, LLVM does not move the loads above
-                // to where it is called. There they would be masked, one lane read and the next not, which is slow.
-                depths[i] = depth;
+        let count = count as u32 as f32;
+        // Two loops in one, so that the closure is called in one place; one of them has no fragments. If the closure is not too
+        // large, the compiler makes two of it again, and there is nothing to choose between where there is no padding.
+        for round in 0..if Self::IS_PADDED { 2 } else { 1 } {
+            let has_padding = round == 1;
+            if has_padding != is_padded {
+                continue;
             }
-            let is_padding = Self::IS_PADDED && count <= RAMP[i];
-            let shaded = if is_padding { Some(filler) } else { shade(fragment, old_color).into() };
-            let is_kept = shaded.is_some();
-            colors[i] = shaded.unwrap_or(old_color);
-            if !Self::IS_PADDED {
-                depths[i] = if is_kept & test.writes() { depth } else { old_depth };
-            } else if !is_kept & test.writes() {
-                depths[i] = old_depth;
+            let len = colors.len().min(PACKET);
+            // All are as long already. Said again, for the compiler; cut from whole arrays here alone, some loops stay scalar.
+            let (Some(colors), Some(depths), Some(discarded)) =
+                (colors.get_mut(..len), depths.get_mut(..len), discarded.get_mut(..len))
+            else {
+                return 0;
+            };
+            let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
+                p.get(..len),
+                q.get(..len),
+                sum.get(..len),
+                l.get(..len),
+                m.get(..len),
+                z.get(..len),
+                xs.get(..len),
+                ys.get(..len),
+            ) else {
+                return 0;
+            };
+            // Results are selected, not branched on, so that a discard vectorises too.
+            for i in 0..len {
+                let at = WeightParts { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
+                let fragment = Fragment { triangle: shading, at, x: xs[i], y: ys[i], depth: z[i] };
+                let (old_color, old_depth) = (colors[i], depths[i]);
+                let depth = F::Depth::from_depth(z[i]);
+                if Self::IS_PADDED && test.writes() {
+                    // Before the closure is called, and taken back if it discards: past a store, LLVM does not move the loads above
+                    // to where it is called. There they would be masked, one lane read and the next not, which is slow.
+                    depths[i] = depth;
+                }
+                let is_padding = has_padding && count <= RAMP[i];
+                let shaded = if is_padding { Some(filler) } else { shade(fragment, old_color).into() };
+                let is_kept = shaded.is_some();
+                colors[i] = shaded.unwrap_or(old_color);
+                if !Self::IS_PADDED {
+                    depths[i] = if is_kept & test.writes() { depth } else { old_depth };
+                } else if !is_kept & test.writes() {
+                    depths[i] = old_depth;
+                }
+                discarded[i] |= u32::from(!is_kept);
+                lost += u32::from(!is_kept);
             }
-            discarded[i] |= u32::from(!is_kept);
-            lost += u32::from(!is_kept);
         }
         lost
     }
