@@ -254,8 +254,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let (is_padded, mut lost) = (Self::IS_PADDED && count < colors.len(), 0u32);
         let Some(&filler) = colors.first() else { return 0 };
         let count = count as u32 as f32;
-        // Two loops in one, so that the closure is called in one place; one of them has no fragments. If the closure is not too
-        // large, the compiler makes two of it again, and there is nothing to choose between where there is no padding.
+        // Two loops in one, of which one is skipped, so that the closure is called in one place. If it is not too large, the
+        // compiler makes two of it again, and there is nothing to choose between where there is no padding.
         for round in 0..if Self::IS_PADDED { 2 } else { 1 } {
             let has_padding = round == 1;
             if has_padding != is_padded {
