@@ -1,4 +1,5 @@
-//! W1 to W8 whole, as the peers draw them, and the time without clearing.
+//! W1 to W8 whole, as the peers draw them, and the time without clearing; and the least that W1 could take: a loop that compares
+//! each depth and writes it and a colour.
 
 mod common;
 #[path = "workloads/draw.rs"]
@@ -16,7 +17,7 @@ mod workloads;
 use core::time::Duration;
 use std::time::Instant;
 
-use criterion::{BenchmarkId, Throughput};
+use criterion::{Bencher, BenchmarkId, Throughput};
 
 use draw::Canvas;
 use workloads::{HEIGHT, Mesh, WIDTH, Workload};
@@ -37,6 +38,13 @@ const FRAGMENTS: [(&str, u64); 9] = [
 fn main() {
     common::run(|criterion| {
         let mut canvas = Canvas::new();
+        check_fill(&mut canvas);
+        let mut group = criterion.benchmark_group("draw");
+        group.throughput(Throughput::Elements(u64::from(WIDTH * HEIGHT)));
+        group.bench_function(BenchmarkId::new("limit", format!("{WIDTH}x{HEIGHT}")), |bencher| {
+            time_frames(bencher, &mut canvas, |canvas| fill(&mut canvas.color, &mut canvas.depth));
+        });
+        drop(group);
         for (name, expected) in FRAGMENTS {
             // Without optimization the others take longer than all tests.
             if !common::is_timed() && !matches!(name, "W1" | "W3" | "W5") {
@@ -49,19 +57,51 @@ fn main() {
             let mut group = criterion.benchmark_group("draw");
             group.throughput(Throughput::Elements(samples));
             group.bench_function(BenchmarkId::new(name, format!("{WIDTH}x{HEIGHT}")), |bencher| {
-                bencher.iter_custom(|frames| {
-                    let mut time = Duration::ZERO;
-                    for _ in 0..frames {
-                        canvas.clear();
-                        let start = Instant::now();
-                        canvas.draw(&workload, 0..HEIGHT);
-                        time += start.elapsed();
-                    }
-                    time
+                time_frames(bencher, &mut canvas, |canvas| {
+                    canvas.draw(&workload, 0..HEIGHT);
                 });
             });
         }
     });
+}
+
+/// The time of a frame without clearing.
+fn time_frames(bencher: &mut Bencher<'_>, canvas: &mut Canvas, mut draw: impl FnMut(&mut Canvas)) {
+    bencher.iter_custom(|frames| {
+        let mut time = Duration::ZERO;
+        for _ in 0..frames {
+            canvas.clear();
+            let start = Instant::now();
+            draw(canvas);
+            time += start.elapsed();
+        }
+        time
+    });
+}
+
+/// What [`fill`] writes.
+const NEAR: (u32, f32) = (0xFF7A_4A28, 0.5);
+
+/// Compares each depth with a constant, and where that is less, writes it and a colour.
+#[inline(never)]
+fn fill(color: &mut [u32], depth: &mut [f32]) {
+    for (color, depth) in color.iter_mut().zip(depth) {
+        let passes = NEAR.1 < *depth;
+        *color = if passes { NEAR.0 } else { *color };
+        *depth = if passes { NEAR.1 } else { *depth };
+    }
+}
+
+/// Fills a frame whose upper half is nearer.
+fn check_fill(canvas: &mut Canvas) {
+    canvas.clear();
+    let half = canvas.depth.len() / 2;
+    canvas.depth[..half].fill(0.25);
+    let cleared = canvas.color[0];
+    fill(&mut canvas.color, &mut canvas.depth);
+    let pixels = || canvas.color.iter().zip(&canvas.depth);
+    assert!(pixels().take(half).all(|pixel| pixel == (&cleared, &0.25)), "what is nearer stays");
+    assert!(pixels().skip(half).all(|pixel| pixel == (&NEAR.0, &NEAR.1)), "what is farther is replaced");
 }
 
 /// The mesh of W6.

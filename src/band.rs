@@ -60,8 +60,8 @@ impl Band {
         }
         self.rows = solver.solve(self.y);
         self.count = LANES.min((self.bottom - self.y) as usize);
-        // As if they were others for each band. Else LLVM fills registers with them before the first, and does so for tiny triangles,
-        // too, which have no band.
+        // As if they changed from band to band. Else LLVM fills registers with them before the first, and does so for tiny
+        // triangles, too, which have no band.
         let plane = black_box(*triangle.plane);
         let scales = black_box(triangle.shading.scales);
         let (left, right) = (area.left, area.right);

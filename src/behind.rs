@@ -321,7 +321,7 @@ mod tests {
     #[test]
     fn what_is_behind_is_left_out_until_it_is_enough() {
         let keep = |behind: &[usize], enough: usize, len: usize| {
-            let mut queue = Queue::first(len);
+            let mut queue = Queue::below(len);
             keep_seen(&mut queue, |i| match i {
                 i if i >= enough => Sight::Enough,
                 i if behind.contains(&i) => Sight::Behind,

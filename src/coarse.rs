@@ -275,13 +275,13 @@ impl Coarse {
     }
 
     /// Of columns `x .. end` of a row, how many from the first on are hidden, or how many may be seen: up to `limit` or a
-    /// little less, so that no segment is cut in two. And which of both.
+    /// little less, so that no segment is cut in two. And which of both. The limit is a segment at least.
     #[inline(always)]
     pub(crate) fn stretch(&self, hidden: Hidden, (x, end): (i32, i32), limit: i32) -> (i32, bool) {
         if !self.rejects {
             return (limit.min(end - x), false);
         }
-        // Not negative: shifts and masks, not divisions that round towards zero.
+        // Without signs, for no column is left of what is known: shifts and masks, not divisions that round towards zero.
         let (dx, left, limit) = ((x - hidden.left) as u32, (end - x) as u32, limit as u32);
         let segments = hidden.segments >> (dx / SEGMENT as u32);
         let is_hidden = segments & 1 == 1;

@@ -53,6 +53,8 @@ pub(crate) const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 1 };
 
 /// Up to so many triangles, not all of the sieve's lanes are worked out.
 const FEW: usize = if HAS_FLOAT_LANES { 16 } else { 1 };
+const _: () =
+    assert!(!HAS_FLOAT_LANES || (BATCH <= 64 && BATCH % 4 == 0 && FEW % 4 == 0), "as a queue needs them");
 
 /// A *minute* triangle is one whose bounds hold at most two by two samples. With more of them in a batch than this, it is
 /// worth finding out which samples they cover. In other batches those that cover none become pieces, and records, that draw
@@ -134,7 +136,7 @@ struct Batch<'a, I> {
     x: [[f32; BATCH]; 3],
     y: [[f32; BATCH]; 3],
     verdicts: [u32; BATCH],
-    /// Which of them may be seen, and were not drawn yet.
+    /// Which of them may be seen, and were not drawn or left out yet.
     queue: Queue,
     /// How many triangles there are in all.
     count: usize,
@@ -161,7 +163,7 @@ impl<I: Index> Batch<'_, I> {
     #[inline(always)]
     fn neighbourhood(&self) -> Borders {
         let (mut least, mut most) = ([f32::MAX; 2], [f32::MIN; 2]);
-        for i in self.queue.some() {
+        for i in self.queue.spread() {
             for (axis, [a, b, c]) in [&self.x, &self.y].into_iter().enumerate() {
                 let [a, b, c] = [a, b, c].map(|corner| corner[i & (BATCH - 1)]);
                 least[axis] = min(least[axis], min(min(a, b), c));
@@ -284,7 +286,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         let count = if P::ARE_PROJECTED {
             let projected = vertices.positions.projected();
             triangles.take_group(&mut batch.triangles, slots, |((a, b), c), [i, j, k]| {
-                // Indices were checked before; one that is out of range all the same was looked up again.
+                // Indices were checked before. If one is out of range all the same, the triangle is one point, and is dropped.
                 let mut point = || [*a, *b, *c] = no_corners();
                 let Some(i) = projected.get(i) else { return point() };
                 let Some(j) = projected.get(j) else { return point() };
@@ -306,7 +308,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         } else {
             // Integers are as fast, and where floats are emulated much faster.
             self.batch.verdicts = [verdict::UNDECIDED; BATCH];
-            self.batch.queue = Queue::first(count);
+            self.batch.queue = Queue::below(count);
         }
         true
     }

@@ -273,7 +273,7 @@ impl<I: Index, P: Positions, A: Attributes> Preparation<'_, I, P, A> {
 /// Records, to be drawn.
 struct Records<'r, R, V> {
     records: R,
-    /// Some that come one after the other, and which of them were not drawn yet.
+    /// Some that may touch the area, in order, and which of them were not drawn or left out yet.
     batch: [Option<&'r Record<V>>; BATCH],
     queue: Queue,
     /// The one that came last.
@@ -297,7 +297,7 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
                 count += 1;
             }
         }
-        self.queue = Queue::first(count);
+        self.queue = Queue::below(count);
         count > 0
     }
 

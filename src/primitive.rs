@@ -30,13 +30,22 @@ pub enum Topology {
     Fan,
 }
 
-/// A type of vertex index: `u8`, `u16` or `u32`.
-pub trait Index: Copy + PartialEq + Ord + core::fmt::Debug {
+/// A type of vertex index: `u8`, `u16` or `u32`, and no other. (An index is looked up again when its triangle is drawn, and has
+/// to be the same then.)
+pub trait Index: Copy + PartialEq + Ord + core::fmt::Debug + sealed::Sealed {
     /// The index that restarts a strip or fan: all bits set.
     const RESTART: Self;
 
     /// As an index into a slice; saturates where `usize` has 16 bits.
     fn to_usize(self) -> usize;
+}
+
+mod sealed {
+    pub trait Sealed {}
+
+    impl Sealed for u8 {}
+    impl Sealed for u16 {}
+    impl Sealed for u32 {}
 }
 
 impl Index for u8 {
@@ -351,11 +360,13 @@ impl Triangle {
     }
 }
 
-/// Triangles that follow one another. Those of a list with indices are looked up where they come from; others are kept. (Of a
-/// fine mesh, most are looked at once, and to keep a triangle takes as long as to fetch two of its corners.)
+/// Triangles that follow one another. Those of a list with indices and without restarts are looked up where they come from; others
+/// are kept. (Of a fine mesh, most are looked at once, and to keep a triangle takes as long as to fetch two of its corners.)
 #[derive(Debug)]
 pub(crate) struct Group<'a, I, const N: usize> {
+    /// Their indices, three a triangle; none if they are kept.
     listed: &'a [I],
+    /// The triangles themselves, if they are not listed.
     kept: [Triangle; N],
 }
 
@@ -366,7 +377,7 @@ impl<'a, I: Index, const N: usize> Group<'a, I, N> {
     /// One vertex of a triangle in winding order, `which` is 0 to 2.
     #[inline(always)]
     fn vertex(&self, triangle: usize, which: u8) -> usize {
-        // From memory, not by branches: no predictor knows the order of vertices.
+        // No branch depends on `which`: no predictor knows the order of vertices. Whether they are listed is the same all along.
         match self.listed.get(3 * triangle + usize::from(which)) {
             Some(index) => index.to_usize(),
             None => self.kept.get(triangle).map_or(0, |kept| kept.numbers[usize::from(which & 3)]),
@@ -450,7 +461,7 @@ impl<I: Index> Triangles<'_, I> {
 
 impl<'a, I: Index> Triangles<'a, I> {
     /// Takes the next triangles into `group` and hands on the vertices of each, with its slot, until there are no more of
-    /// either. Gives how many triangles they are.
+    /// either, or the group is full. Gives how many triangles they are.
     #[inline(always)]
     pub(crate) fn take_group<S, const N: usize>(
         &mut self,

@@ -205,7 +205,7 @@ impl Projector {
         core::array::from_fn(|i| ProjectedVertex { x: x[i], y: y[i], z: z[i], inv_w: inv_w[i] })
     }
 
-    /// Four positions, some of which have to be clipped away.
+    /// Four positions, some of which have to be clipped away. (Four arguments: an array would be stored before that is known.)
     #[cold]
     #[inline(never)]
     fn project_apart(&self, a: Vec4, b: Vec4, c: Vec4, d: Vec4) -> [ProjectedVertex; 4] {

@@ -1,8 +1,10 @@
 //! Which triangles of a batch are still to be drawn.
 
-#![expect(clippy::cast_possible_truncation, reason = "shifts are under 2⁶")]
+#![expect(clippy::cast_possible_truncation, reason = "numbers are under 2⁶")]
 
 use glam::Vec4;
+
+use crate::traverse::HAS_FLOAT_LANES;
 
 /// Numbers up to 63 in ascending order: a bit each.
 #[derive(Clone, Copy, Debug)]
@@ -13,13 +15,16 @@ pub(crate) struct Queue {
 impl Queue {
     pub(crate) const EMPTY: Self = Self { bits: 0 };
 
-    /// The numbers below `count`, which is up to 64.
+    /// The numbers below `count`, which is up to 64; where there is no SIMD, up to 1.
     #[inline(always)]
-    pub(crate) fn first(count: usize) -> Self {
-        Self { bits: if count == 0 { 0 } else { u64::MAX >> 64usize.saturating_sub(count) } }
+    pub(crate) fn below(count: usize) -> Self {
+        if !HAS_FLOAT_LANES || count == 0 {
+            return Self { bits: u64::from(count > 0) };
+        }
+        Self { bits: u64::MAX >> 64usize.saturating_sub(count) }
     }
 
-    /// The places of those words, up to 64, whose sign bit is clear.
+    /// The places of those words whose sign bit is clear. They are a multiple of four, and up to 64.
     #[inline(always)]
     pub(crate) fn of_clear_signs(words: &[u32]) -> Self {
         let mut bits = 0;
@@ -44,6 +49,11 @@ impl Queue {
         if self.bits == 0 {
             return None;
         }
+        if !HAS_FLOAT_LANES {
+            // There is one at a time; and 64 bits are emulated.
+            *self = Self::EMPTY;
+            return Some(0);
+        }
         let first = self.bits.trailing_zeros() as usize;
         self.bits &= self.bits - 1;
         Some(first)
@@ -55,9 +65,9 @@ impl Queue {
         self.bits &= !1u64.wrapping_shl(number as u32);
     }
 
-    /// A few of them: the first one of each eight numbers, and the last one of all.
+    /// A few from all over: the first one of each eight numbers, and the last one of all.
     #[inline(always)]
-    pub(crate) fn some(self) -> impl Iterator<Item = usize> {
+    pub(crate) fn spread(self) -> impl Iterator<Item = usize> {
         let eights = (0..64).step_by(8).filter_map(move |at| Self { bits: self.bits & 0xFF << at }.pop());
         eights.chain(self.bits.checked_ilog2().map(|last| last as usize))
     }
@@ -79,7 +89,7 @@ mod tests {
     #[test]
     fn numbers_come_in_order() {
         for count in [0, 1, 2, 31, 32, 33, 63, 64] {
-            assert_eq!(all(Queue::first(count)), (0..count).collect::<Vec<_>>());
+            assert_eq!(all(Queue::below(count)), (0..count).collect::<Vec<_>>());
         }
         assert!(all(Queue::EMPTY).is_empty());
     }
@@ -101,13 +111,13 @@ mod tests {
 
     #[test]
     fn some_are_from_all_over() {
-        let mut queue = Queue::first(20);
+        let mut queue = Queue::below(20);
         for absent in [0, 1, 4, 5, 6, 7, 8, 12, 13, 14, 15, 16, 18] {
             queue.remove(absent);
         }
-        assert_eq!(queue.some().collect::<Vec<_>>(), [2, 9, 17, 19]);
+        assert_eq!(queue.spread().collect::<Vec<_>>(), [2, 9, 17, 19]);
         let ends = [0, 8, 16, 24, 32, 40, 48, 56, 63];
-        assert_eq!(Queue::first(64).some().collect::<Vec<_>>(), ends);
-        assert_eq!(Queue::EMPTY.some().count(), 0);
+        assert_eq!(Queue::below(64).spread().collect::<Vec<_>>(), ends);
+        assert_eq!(Queue::EMPTY.spread().count(), 0);
     }
 }

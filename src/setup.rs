@@ -187,8 +187,8 @@ impl Setup {
         let [a, b, c] = each(self.corners, |v| [v.x(), v.y()]);
         let size = |low: i32, high: i32| high.wrapping_sub(low) as u32;
         let width = size(a[0].min(b[0]).min(c[0]), a[0].max(b[0]).max(c[0]));
-        // The first corner is the topmost. (Of positions that are asked for again and are others, it need not be: then what is
-        // drawn is not specified, but stays within the area.)
+        // The first corner is the topmost. (Of positions that are asked for again and are others, it need not be. Then the height is
+        // too little, or wraps to a huge one; what is drawn is not specified, but stays within the area.)
         width.max(size(a[1], b[1].max(c[1])))
     }
 
