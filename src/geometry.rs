@@ -147,17 +147,21 @@ struct Batch<'a, I> {
 }
 
 impl<I: Index> Batch<'_, I> {
-    const EMPTY: Self = Self {
-        triangles: Group::EMPTY,
-        corners: [[[0; 2]; BATCH]; 3],
-        x: [[0.0; BATCH]; 3],
-        y: [[0.0; BATCH]; 3],
-        verdicts: [0; BATCH],
-        queue: Queue::EMPTY,
-        count: 0,
-        primitive: 0,
-        minute: 0,
-    };
+    /// None yet, the first of which will have this number. (A function: a constant is written to the stack, and then copied.)
+    #[inline(always)]
+    fn before(primitive: u32) -> Self {
+        Self {
+            triangles: Group::new(),
+            corners: [[[0; 2]; BATCH]; 3],
+            x: [[0.0; BATCH]; 3],
+            y: [[0.0; BATCH]; 3],
+            verdicts: [0; BATCH],
+            queue: Queue::EMPTY,
+            count: 0,
+            primitive,
+            minute: 0,
+        }
+    }
 
     /// About where the triangles of the queue lie: the bounds of some.
     #[inline(always)]
@@ -253,6 +257,8 @@ pub(crate) struct Geometry<'a, I, P> {
 }
 
 impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
+    /// (A call: what it gives is large, and is made where it will stay. Inlined, it changes the loops behind it, for the worse.)
+    #[inline(never)]
     pub(crate) fn new(
         triangles: Triangles<'a, I>,
         positions: P,
@@ -260,8 +266,8 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         facing: Facing,
         area: Rect,
     ) -> Self {
-        let batch = Batch { primitive: triangles.first_number(), ..Batch::EMPTY };
         Self {
+            batch: Batch::before(triangles.first_number()),
             triangles,
             vertices: Vertices {
                 positions,
@@ -270,7 +276,6 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             },
             facing,
             area: area.borders(),
-            batch,
             aside: Piece::BLANK,
             statistics: Statistics::default(),
         }

@@ -372,7 +372,10 @@ pub(crate) struct Group<'a, I, const N: usize> {
 
 impl<'a, I: Index, const N: usize> Group<'a, I, N> {
     /// No triangle.
-    pub(crate) const EMPTY: Self = Self { listed: &[], kept: [Triangle::new([0; 3], 0); N] };
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        Self { listed: &[], kept: [Triangle::new([0; 3], 0); N] }
+    }
 
     /// One vertex of a triangle in winding order, `which` is 0 to 2.
     #[inline(always)]
@@ -561,7 +564,7 @@ mod tests {
     ) -> Vec<([usize; 3], usize, usize)> {
         let all: Vec<_> = primitives.triangles(vertices).collect();
         let (mut grouped, mut group, mut rest) =
-            (Vec::new(), Group::<I, 3>::EMPTY, primitives.triangles(vertices));
+            (Vec::new(), Group::<I, 3>::new(), primitives.triangles(vertices));
         loop {
             let mut slots = [[0; 3]; 4];
             let count = rest.take_group(&mut group, slots.iter_mut(), |slot, vertices| *slot = vertices);

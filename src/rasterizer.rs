@@ -19,7 +19,7 @@ use crate::interpolate::Varyings;
 use crate::one_by_one::{OneByOne, Vertices};
 use crate::packet::{Aligned, PACKET, PLACES, Packet, Places};
 use crate::plane::DepthPlane;
-use crate::primitive::{Index, Primitives};
+use crate::primitive::{Index, Primitives, Triangles};
 use crate::project::{Positions, Projected, ProjectedVertex, Projector};
 use crate::setup::sample_bounds;
 use crate::shade::Shader;
@@ -362,8 +362,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             return self.draw_one_by_one(target, primitives, positions, varyings, shade);
         }
         let area = self.render_area(target);
+        let triangles = triangles(primitives, &positions, &varyings)?;
         let mut direct = Direct {
-            geometry: self.geometry(primitives, positions, &varyings, area)?,
+            geometry: Geometry::new(triangles, positions, self.projector(), self.facing(), area),
             varyings,
             fan: None,
             values: None,
@@ -407,7 +408,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         }
         let (target_area, render_area) = (target.area().intersection(DOMAIN), self.render_area(target));
         let (bias, limits) = (self.depth_bias.unless_zero(), self.viewport.depth_limits());
-        let mut geometry = self.geometry(primitives, positions, &(), render_area)?;
+        let triangles = triangles(primitives, &positions, &())?;
+        let mut geometry = Geometry::new(triangles, positions, self.projector(), self.facing(), render_area);
         let mut fan = None;
         let coarse = Coarse::new(target, render_area, self.depth_test);
         let (target_area, render_area) = (target_area.borders(), render_area.borders());
@@ -434,20 +436,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         Ok(statistics)
     }
 
-    /// The geometry half of a draw, if nothing is wrong with what it is given.
-    #[inline(always)]
-    pub(crate) fn geometry<'a, I: Index, P: Positions>(
-        &self,
-        primitives: Primitives<'a, I>,
-        positions: P,
-        varyings: &impl Attributes,
-        area: Rect,
-    ) -> Result<Geometry<'a, I, P>, DrawError> {
-        let count = vertex_count(&primitives, &positions, varyings)?;
-        Ok(Geometry::new(primitives.triangles(count), positions, self.projector(), self.facing(), area))
-    }
-
-    fn facing(&self) -> Facing {
+    pub(crate) fn facing(&self) -> Facing {
         let Self { cull_mode, front_face, provoking_vertex, .. } = *self;
         Facing { cull_mode, front_face, provoking_vertex }
     }
@@ -470,11 +459,11 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         S: FnMut(Fragment<'_, A::Value>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let count = vertex_count(&primitives, &positions, &varyings)?;
+        let triangles = triangles(primitives, &positions, &varyings)?;
         let (projector, facing) = (self.projector(), self.facing());
         let mut draw = self.one_by_one(target, shade);
         let vertices = Vertices { positions, varyings, projector, facing };
-        Ok(draw.draw_triangles(primitives.triangles(count), &vertices))
+        Ok(draw.draw_triangles(triangles, &vertices))
     }
 
     /// What a draw without SIMD works with.
@@ -708,12 +697,12 @@ impl<'a, A: Attributes<Value = Vec4>> Projected<'a, A> {
     }
 }
 
-/// How many vertices a draw may use, or why it cannot be done.
-fn vertex_count<I: Index>(
-    primitives: &Primitives<'_, I>,
+/// The triangles of a draw, or why it cannot be done.
+pub(crate) fn triangles<'a, I: Index>(
+    primitives: Primitives<'a, I>,
     positions: &impl Positions,
     varyings: &impl Attributes,
-) -> Result<usize, DrawError> {
+) -> Result<Triangles<'a, I>, DrawError> {
     let (positions, varyings) = (positions.count(), varyings.len());
     if primitives.indices.is_none() && positions == usize::MAX {
         return Err(DrawError::Endless);
@@ -723,7 +712,7 @@ fn vertex_count<I: Index>(
     }
     match primitives.first_out_of_range(positions) {
         Some((position, index)) => Err(DrawError::IndexOutOfRange { position, index, vertices: positions }),
-        None => Ok(positions),
+        None => Ok(primitives.triangles(positions)),
     }
 }
 
