@@ -186,8 +186,11 @@ impl Projector {
     }
 
     /// Four positions at once, one in each SIMD lane. The steps are those of [`project`](Self::project).
+    ///
+    /// Results are written where they belong: returned, they would be stored, and then copied by loads that are wider than these
+    /// stores, and have to wait for them.
     #[inline(always)]
-    pub(crate) fn project_four(&self, positions: [Vec4; 4]) -> [ProjectedVertex; 4] {
+    pub(crate) fn project_four(&self, positions: [Vec4; 4], to: &mut [ProjectedVertex; 4]) {
         let ViewportTransform { scale, offset } = self.volume.transform;
         let [x, y, z, w] = transpose(positions);
         let z = self.clip_depth.four_to_zero_to_one(z, w);
@@ -196,13 +199,19 @@ impl Projector {
         let (x, y) = (place(x * inv_w, 0), place(y * inv_w, 1));
         if !self.volume.contains_four([x, y, z, w]) {
             let [a, b, c, d] = positions;
-            return self.project_apart(a, b, c, d);
+            *to = self.project_apart(a, b, c, d);
+            return;
         }
         let depth = (z * inv_w).max(Vec4::splat(-1e12)).min(Vec4::splat(1e12));
         let rounded = |pixels: Vec4| pixels * SUBPIXELS as f32 + ROUNDING;
-        let (x, y) = (rounded(x).to_array().map(rounded_to), rounded(y).to_array().map(rounded_to));
-        let (z, inv_w) = (place(depth, 2).to_array(), inv_w.to_array());
-        core::array::from_fn(|i| ProjectedVertex { x: x[i], y: y[i], z: z[i], inv_w: inv_w[i] })
+        // Integers among floats, for as long as they are moved.
+        let bits =
+            |sum: Vec4| Vec4::from_array(sum.to_array().map(|sum| f32::from_bits(rounded_to(sum) as u32)));
+        let vertices = transpose([bits(rounded(x)), bits(rounded(y)), place(depth, 2), inv_w]);
+        for (to, vertex) in to.iter_mut().zip(vertices) {
+            let [x, y, z, inv_w] = vertex.to_array();
+            *to = ProjectedVertex { x: x.to_bits() as i32, y: y.to_bits() as i32, z, inv_w };
+        }
     }
 
     /// Four positions, some of which have to be clipped away. (Four arguments: an array would be stored before that is known.)
@@ -364,7 +373,9 @@ mod tests {
                     let each = positions.map(|position| projector.project(position));
                     inside += u32::from(!each.iter().any(|vertex| vertex.is_outside()));
                     let words = |vertices: [ProjectedVertex; 4]| vertices.map(ProjectedVertex::to_words);
-                    assert_eq!(words(projector.project_four(positions)), words(each), "{positions:?}");
+                    let mut found = [ProjectedVertex::default(); 4];
+                    projector.project_four(positions, &mut found);
+                    assert_eq!(words(found), words(each), "{positions:?}");
                 }
             }
         }

@@ -233,10 +233,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let mut index = 0;
         if HAS_FLOAT_LANES {
             while let Some(four) = vertices.get_mut(index..).and_then(|rest| rest.first_chunk_mut::<4>()) {
-                *four = projector.project_four(array::from_fn(|i| {
-                    // There are as many positions as vertices.
-                    positions.fetch(index + i).unwrap_or(Vec4::W)
-                }));
+                // There are as many positions as vertices.
+                let positions = array::from_fn(|i| positions.fetch(index + i).unwrap_or(Vec4::W));
+                projector.project_four(positions, four);
                 index += 4;
             }
         }
