@@ -286,7 +286,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 let fragment = Fragment { triangle: shading, at, x: xs[i], y: ys[i], depth: z[i] };
                 let (old_color, old_depth) = (colors[i], depths[i]);
                 let depth = F::Depth::from_depth(z[i]);
-                if Self::IS_PADDED && test.writes() {
+                if test.writes() {
                     // Before the closure is called, and taken back if it discards: past a store, LLVM does not move the loads above
                     // to where it is called. There they would be masked, one lane read and the next not, which is slow.
                     depths[i] = depth;
@@ -295,9 +295,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 let shaded = if is_padding { Some(filler) } else { shade(fragment, old_color).into() };
                 let is_kept = shaded.is_some();
                 colors[i] = shaded.unwrap_or(old_color);
-                if !Self::IS_PADDED {
-                    depths[i] = if is_kept & test.writes() { depth } else { old_depth };
-                } else if !is_kept & test.writes() {
+                if !is_kept & test.writes() {
                     depths[i] = old_depth;
                 }
                 discarded[i] |= u32::from(!is_kept);
