@@ -190,7 +190,11 @@ impl<C, D> Packet<'_, C, D> {
         let mut left = lanes.count_ones() as usize;
         while left > 0 {
             let (mut columns, mut rows, mut pixels) = ([0.0; GROUP], [0.0; GROUP], [(0, 0); GROUP]);
-            let (mut places, mut old) = ([0; GROUP], [D::from_depth(0.0); GROUP]);
+            let mut old = [D::from_depth(0.0); GROUP];
+            // One by one where they belong: stored elsewhere and copied at once, they would have to be waited for.
+            let Some(places) = self.places.get_mut(filled..).and_then(<[_]>::first_chunk_mut::<GROUP>) else {
+                return filled;
+            };
             for four in (0..GROUP).step_by(4) {
                 let mut offsets = [Vec4::ZERO; 4];
                 for (i, offset) in offsets.iter_mut().enumerate() {
@@ -236,21 +240,23 @@ impl<C, D> Packet<'_, C, D> {
             }
             let parts = shading.scales.parts_of(edges);
             if passing == all {
-                self.put_group(filled, pixels, parts, z, places);
+                self.put_group(filled, pixels, parts, z);
                 filled += count;
                 continue;
             }
-            let [p, q, sum, l, m] = parts;
+            let ([p, q, sum, l, m], begin) = (parts, filled);
             for i in (0..GROUP).filter(|i| passing >> i & 1 == 1) {
                 let parts = WeightParts { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
-                self.put(filled, pixels[i], parts, z[i], places[i]);
+                // No place is overwritten before it is read: what passes moves down.
+                let place = self.places[(begin + i) & (PLACES - 1)];
+                self.put(filled, pixels[i], parts, z[i], place);
                 filled += 1;
             }
         }
         filled
     }
 
-    /// Sets a group of fragments.
+    /// Sets a group of fragments, but for their places.
     #[inline(always)]
     fn put_group(
         &mut self,
@@ -258,7 +264,6 @@ impl<C, D> Packet<'_, C, D> {
         pixels: [(i32, i32); GROUP],
         [p, q, sum, l, m]: [[f32; GROUP]; 5],
         z: [f32; GROUP],
-        places: [u32; GROUP],
     ) {
         put_array(self.p, at, p);
         put_array(self.q, at, q);
@@ -268,7 +273,6 @@ impl<C, D> Packet<'_, C, D> {
         put_array(self.z, at, z);
         put_array(self.x, at, pixels.map(|(x, _)| x));
         put_array(self.y, at, pixels.map(|(_, y)| y));
-        put_array(self.places, at, places);
     }
 
     /// [`set`](Self::set) from `at` on for a short row of `len`, in windows of eight: as many as the old pixels make, of which
