@@ -391,18 +391,12 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let lent = if is_narrow { lend(self.target, (tiny.x, tiny.y), (width, height)) } else { None };
         let mut filled = 0;
         let dimensions;
-        if let Some(Block { color, depth, stride }) = lent {
+        if let Some(Block { depth, stride, .. }) = lent {
             // How many samples are covered is known without a look at the memory: a loop's end that is guessed wrong has not to
             // wait for it.
             dimensions = Some(Dimensions { width, height, stride });
-            let (color, depth) = (&*color, &*depth);
-            let read = |place: u32| {
-                if !BLENDS {
-                    // Its cache line, which is about to be written, comes while depth is tested.
-                    black_box(*color.get(place as usize)?);
-                }
-                depth.get(place as usize).copied()
-            };
+            let depth = &*depth;
+            let read = |place: u32| depth.get(place as usize).copied();
             let places = self.places.with_stride(stride);
             let covered = if tiny.lanes > 4 { tiny.covered::<8>() } else { tiny.covered::<4>() };
             for (word, lanes) in covered.into_iter().enumerate() {
