@@ -71,11 +71,15 @@ pub(crate) const PLACES: usize = (SIDE * SIDE) as usize;
 /// the same stride.
 #[derive(Debug)]
 pub(crate) struct Places {
+    pub(crate) narrow: Words<2, 8>,
+    pub(crate) wide: Words<4, 16>,
+}
+
+/// Places of 16 rows of `LANES` lanes, a word's after the other, in blocks of the stride last used.
+#[derive(Debug)]
+pub(crate) struct Words<const COUNT: usize, const LANES: usize> {
     stride: usize,
-    /// Words of eight rows of eight lanes.
-    narrow: [[u32; 65]; 2],
-    /// Words of four rows of sixteen lanes.
-    wide: [[u32; 65]; 4],
+    words: [[u32; 65]; COUNT],
 }
 
 /// The stride of places where the framebuffer lends no block.
@@ -90,43 +94,34 @@ pub(crate) fn place_of(place: u32) -> (i32, i32) {
 impl Places {
     /// None yet.
     pub(crate) const fn new() -> Self {
-        Self { stride: usize::MAX, narrow: [[0; 65]; 2], wide: [[0; 65]; 4] }
+        Self { narrow: Words::NONE, wide: Words::NONE }
     }
+}
+
+impl<const COUNT: usize, const LANES: usize> Words<COUNT, LANES> {
+    const NONE: Self = Self { stride: usize::MAX, words: [[0; 65]; COUNT] };
 
     /// Places in blocks of this stride, for which 16 rows are less than 2³² pixels.
     #[inline(always)]
-    pub(crate) fn with_stride(&mut self, stride: usize) -> &Self {
+    pub(crate) fn with_stride(&mut self, stride: usize) -> &[[u32; 65]; COUNT] {
         if self.stride != stride {
             self.set_stride(stride);
         }
-        self
+        &self.words
     }
 
     #[inline(never)]
     fn set_stride(&mut self, stride: usize) {
         self.stride = stride;
-        set_word_strides::<8>(&mut self.narrow, stride as u32);
-        set_word_strides::<16>(&mut self.wide, stride as u32);
-    }
-
-    /// Those of the word of narrow windows, or of wide ones, that begins with this row.
-    #[inline(always)]
-    fn of<const N: usize>(&self, first: usize) -> Option<&[u32; 65]> {
-        if N > 8 { self.wide.get(first / 4) } else { self.narrow.get(first / 8) }
-    }
-}
-
-/// Places in words of rows of `N` lanes, one word after the other.
-#[inline(always)]
-fn set_word_strides<const N: usize>(words: &mut [[u32; 65]], stride: u32) {
-    let mut row_at = 0u32;
-    for word in words {
-        word[64] = row_at;
-        for row in word.chunks_exact_mut(N) {
-            for (column, place) in (0..).zip(row) {
-                *place = row_at.wrapping_add(column);
+        let mut row_at = 0u32;
+        for word in &mut self.words {
+            word[64] = row_at;
+            for row in word.chunks_exact_mut(LANES) {
+                for (column, place) in (0..).zip(row) {
+                    *place = row_at.wrapping_add(column);
+                }
+                row_at = row_at.wrapping_add(stride as u32);
             }
-            row_at = row_at.wrapping_add(stride);
         }
     }
 }
@@ -178,13 +173,13 @@ impl<C, D> Packet<'_, C, D> {
         (mut lanes, first): (u64, usize),
         tiny: &Tiny,
         Triangle { shading, plane }: Triangle<'_, V>,
-        table: &Places,
+        words: &[[u32; 65]],
         (test, mut read): (impl DepthTest, impl FnMut(u32) -> Option<D>),
     ) -> usize
     where
         D: DepthFormat,
     {
-        let (Some(places_of), offsets_of) = (table.of::<N>(first), const { &offsets(N) }) else {
+        let (Some(places_of), offsets_of) = (words.get(first * N / 64), const { &offsets(N) }) else {
             return filled;
         };
         let mut left = lanes.count_ones() as usize;
@@ -444,22 +439,18 @@ mod tests {
     fn places_are_columns_and_rows_of_the_stride_last_used() {
         let mut places = Places::new();
         for stride in [0, 16, 1920, 16, 1 << 27] {
-            let places = places.with_stride(stride);
+            let (narrow, wide) = (places.narrow.with_stride(stride), places.wide.with_stride(stride));
             let is_place = |place: u32, column: usize, row: usize| place as usize == column + row * stride;
-            for lane in 0..64 {
-                for first in [0, 8] {
-                    let place = places.of::<8>(first).expect("a word")[lane];
-                    assert!(is_place(place, lane % 8, first + lane / 8), "{stride} {first} {lane}: {place}");
-                }
-                for first in [0, 4, 8, 12] {
-                    let place = places.of::<16>(first).expect("a word")[lane];
-                    assert!(
-                        is_place(place, lane % 16, first + lane / 16),
-                        "{stride} {first} {lane}: {place}"
-                    );
-                }
+            for (lane, row) in (0..64).flat_map(|lane| (0..2).map(move |word| (lane, 8 * word + lane / 8))) {
+                let place = narrow[row / 8][lane];
+                assert!(is_place(place, lane % 8, row), "{stride} {row} {lane}: {place}");
             }
-            assert_eq!(places.wide.map(|word| word[64]), places.wide.map(|word| word[0]), "no lane");
+            for (lane, row) in (0..64).flat_map(|lane| (0..4).map(move |word| (lane, 4 * word + lane / 16))) {
+                let place = wide[row / 4][lane];
+                assert!(is_place(place, lane % 16, row), "{stride} {row} {lane}: {place}");
+            }
+            assert_eq!(wide.map(|word| word[64]), wide.map(|word| word[0]), "no lane");
+            assert_eq!(narrow.map(|word| word[64]), narrow.map(|word| word[0]), "no lane");
         }
     }
 }

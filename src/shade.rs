@@ -397,7 +397,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             dimensions = Some(Dimensions { width, height, stride });
             let depth = &*depth;
             let read = |place: u32| depth.get(place as usize).copied();
-            let places = self.places.with_stride(stride);
+            let places = self.places.narrow.with_stride(stride);
             let covered = if tiny.lanes > 4 { tiny.covered::<8>() } else { tiny.covered::<4>() };
             for (word, lanes) in covered.into_iter().enumerate() {
                 filled = packet.put_lanes::<_, 8, true>(
@@ -419,7 +419,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 9..=12 => self.test_tiny::<12>(tiny, plane),
                 _ => self.test_tiny::<16>(tiny, plane),
             };
-            let places = self.places.with_stride(dimensions.map_or(ROW, |block| block.stride));
+            let places = self.places.wide.with_stride(dimensions.map_or(ROW, |block| block.stride));
             for (word, lanes) in passing.into_iter().enumerate() {
                 let read = |_| None;
                 filled = packet.put_lanes::<_, 16, false>(
