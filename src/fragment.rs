@@ -336,7 +336,7 @@ impl<V: Varyings> Fragment<'_, V> {
     #[inline(always)]
     #[must_use]
     pub fn varyings(&self) -> V {
-        let weights = Weights::with_sum(self.perspective(), self.linear(), 1.0, self.triangle.provoking);
+        let weights = Weights::of_value(self.perspective(), self.linear(), self.triangle.provoking);
         V::interpolate(self.triangle.varyings, &weights)
     }
 
@@ -359,15 +359,17 @@ impl<V: Varyings> Fragment<'_, V> {
         self.derivative(self.triangle.step(1))
     }
 
+    /// By the quotient rule, with values v relative to one corner's, which are N / s: N and s change by the same from pixel to pixel,
+    /// all over the triangle, so all that is left for a fragment is (∂N − v ∂s) / s.
     #[inline(always)]
     fn derivative(&self, step: [f32; 3]) -> V {
-        let Shading { scales: Scales { inv_w, inv_area2 }, provoking, .. } = *self.triangle;
-        let WeightParts { p, q, sum, .. } = self.at;
-        let inv_sum = 1.0 / sum;
+        let Shading { scales: Scales { inv_w, inv_area2 }, provoking, varyings, .. } = *self.triangle;
         let [dp, dq, dr] = product(step, inv_w);
         let dsum = dp + dq + dr;
-        let perspective = [(dp - p * inv_sum * dsum) * inv_sum, (dq - q * inv_sum * dsum) * inv_sum];
         let linear = [step[0] * inv_area2, step[1] * inv_area2];
-        V::interpolate(self.triangle.varyings, &Weights::with_sum(perspective, linear, 0.0, provoking))
+        let change = V::interpolate(varyings, &Weights::of_change([dp, dq], linear, provoking));
+        let value = V::interpolate(varyings, &Weights::of_change(self.perspective(), linear, provoking));
+        let inv_sum = 1.0 / self.at.sum;
+        V::interpolate(&[change, value, value], &Weights::of_quotient(dsum, inv_sum, provoking))
     }
 }

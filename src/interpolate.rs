@@ -23,12 +23,17 @@ pub struct Weights {
     provoking: u8,
 }
 
-/// Weights of the first two vertices, and the sum of all three: 1 for a value, 0 for a derivative.
+/// What becomes of three values a, b, c.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Share {
-    a: f32,
-    b: f32,
-    sum: f32,
+enum Share {
+    /// Their mean, by weights of the first two and the sum of all three.
+    Mean { a: f32, b: f32, sum: f32 },
+    /// The change of a mean, by changes of the first two weights: those of all three sum up to 0.
+    Change { a: f32, b: f32 },
+    /// The change of a quotient N / s that is b, where N changes by a and s by `slope`: (a − b · slope) / s.
+    Quotient { slope: f32, inv_sum: f32 },
+    /// The first.
+    First,
 }
 
 impl Share {
@@ -38,7 +43,12 @@ impl Share {
     /// row, so the compiler computes them once.
     #[inline(always)]
     fn mix<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>>(self, [a, b, c]: [T; 3]) -> T {
-        c * self.sum + (a - c) * self.a + (b - c) * self.b
+        match self {
+            Self::Mean { a: alpha, b: beta, sum } => c * sum + (a - c) * alpha + (b - c) * beta,
+            Self::Change { a: alpha, b: beta } => (a - c) * alpha + (b - c) * beta,
+            Self::Quotient { slope, inv_sum } => (a - b * slope) * inv_sum,
+            Self::First => a,
+        }
     }
 }
 
@@ -54,15 +64,28 @@ impl Weights {
     #[inline(always)]
     #[must_use]
     pub fn new(perspective: [f32; 3], linear: [f32; 3], provoking: u8) -> Self {
-        let share = |[a, b, c]: [f32; 3]| Share { a, b, sum: a + b + c };
+        let share = |[a, b, c]: [f32; 3]| Share::Mean { a, b, sum: a + b + c };
         Self { perspective: share(perspective), linear: share(linear), provoking }
     }
 
-    /// Weights whose sum is known to be `sum`, without a rounded addition to find out.
+    /// Weights that sum up to 1, without a rounded addition to find out.
     #[inline(always)]
-    pub(crate) fn with_sum(perspective: [f32; 2], linear: [f32; 2], sum: f32, provoking: u8) -> Self {
-        let share = |[a, b]: [f32; 2]| Share { a, b, sum };
+    pub(crate) fn of_value(perspective: [f32; 2], linear: [f32; 2], provoking: u8) -> Self {
+        let share = |[a, b]: [f32; 2]| Share::Mean { a, b, sum: 1.0 };
         Self { perspective: share(perspective), linear: share(linear), provoking }
+    }
+
+    /// Changes of weights.
+    #[inline(always)]
+    pub(crate) fn of_change(perspective: [f32; 2], linear: [f32; 2], provoking: u8) -> Self {
+        let share = |[a, b]: [f32; 2]| Share::Change { a, b };
+        Self { perspective: share(perspective), linear: share(linear), provoking }
+    }
+
+    /// What makes the change of a value of the change of N and of N / s, if s changes by `slope`.
+    #[inline(always)]
+    pub(crate) fn of_quotient(slope: f32, inv_sum: f32, provoking: u8) -> Self {
+        Self { perspective: Share::Quotient { slope, inv_sum }, linear: Share::First, provoking }
     }
 
     /// The perspective-correct mean: what most attributes want.
@@ -96,8 +119,9 @@ impl Weights {
 
 /// Values that a triangle's vertices have and its fragments get.
 ///
-/// **Law**: the value is linear in the weights, so that weights that sum to 1 give a point of the triangle, and the
-/// weights' derivatives, which sum to 0, give the value's derivative. ([`Flat`] has no derivative and keeps its value.)
+/// **Law**: the value is linear in the weights, and in the vertices' values. So weights that sum to 1 give a point of the triangle, and
+/// the value's derivative is made of the same parts: see [`varyings_dx`](crate::Fragment::varyings_dx). ([`Flat`] has no derivative and
+/// keeps its value.)
 ///
 /// Implemented for `f32`, glam's vectors, arrays, tuples and `()`; [`Flat`] and [`NoPerspective`] qualify any of them.
 /// A struct does it with [`varyings!`](crate::varyings), or by hand:
@@ -247,7 +271,7 @@ mod tests {
     fn equal_values_stay_equal() {
         for value in [0.1f32, 1.0 / 3.0, 255.0, -7.7e10] {
             for [a, b] in [[0.3, 0.3], [0.123_456, 0.7], [1.0, 0.0], [0.0, 0.0]] {
-                let weights = Weights::with_sum([a, b], [a, b], 1.0, 0);
+                let weights = Weights::of_value([a, b], [a, b], 0);
                 assert_eq!(f32::interpolate(&[value; 3], &weights), value, "{value} {a} {b}");
             }
         }
