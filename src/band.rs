@@ -11,14 +11,17 @@ use crate::packet::Triangle;
 use crate::plane::{DepthPlane, RowPlane};
 use crate::setup::Setup;
 use crate::target::Borders;
-use crate::traverse::{LANES, Rows, Solver};
+use crate::traverse::{LANES, Solver};
 
 /// Some rows of a triangle, ready to be shaded.
 pub(crate) struct Band {
     /// Changes along a row, of what weights are made of and of depth.
     pub(crate) step: WeightParts,
     pub(crate) step_z: f32,
-    pub(crate) rows: Rows,
+    /// The columns of each row, and its anchor.
+    pub(crate) start: [i32; LANES],
+    pub(crate) end: [i32; LANES],
+    pub(crate) anchor: [i32; LANES],
     /// What weights are made of, and depth, at the anchors.
     pub(crate) parts: [[f32; LANES]; 5],
     pub(crate) z: [f32; LANES],
@@ -37,7 +40,9 @@ impl Band {
         Self {
             step: triangle.shading.step_x(),
             step_z: triangle.plane.step_x(setup),
-            rows: Rows::EMPTY,
+            start: [0; LANES],
+            end: [0; LANES],
+            anchor: [0; LANES],
             parts: [[0.0; LANES]; 5],
             z: [0.0; LANES],
             y: bounds.top.max(area.top),
@@ -58,19 +63,20 @@ impl Band {
         if self.y >= self.bottom {
             return false;
         }
-        self.rows = solver.solve(self.y);
+        let rows = solver.solve(self.y);
         self.count = LANES.min((self.bottom - self.y) as usize);
         // As if they changed from band to band. Else LLVM fills registers with them before the first, and does so for tiny
-        // triangles, too, which have no band.
-        let plane = black_box(*triangle.plane);
-        let scales = black_box(triangle.shading.scales);
+        // triangles, too, which have no band. (Number by number: to load several, their stores would have to be waited for.)
+        let plane = triangle.plane.map(black_box);
+        let scales = triangle.shading.scales.map(black_box);
         let (left, right) = (area.left, area.right);
         for row in 0..LANES {
-            self.rows.start[row] = self.rows.start[row].max(left);
-            self.rows.end[row] = self.rows.end[row].min(right);
-            self.z[row] = plane.at_edges(self.rows.edges[0][row], self.rows.edges[1][row]);
+            self.start[row] = rows.start[row].max(left);
+            self.end[row] = rows.end[row].min(right);
+            self.z[row] = plane.at_edges(rows.edges[0][row], rows.edges[1][row]);
         }
-        let [a, b, c] = &self.rows.edges;
+        self.anchor = rows.anchor;
+        let [a, b, c] = &rows.edges;
         for row in 0..LANES {
             let at = scales.parts([a[row], b[row], c[row]]);
             let [p, q, sum, l, m] = &mut self.parts;
@@ -88,14 +94,14 @@ impl Band {
     /// Depth on a row.
     #[inline(always)]
     pub(crate) fn depth<'a>(&self, plane: &'a DepthPlane, row: usize) -> DepthRow<'a> {
-        let (plane, z, anchor) = (self.plane(plane), self.z[row], self.rows.anchor[row]);
+        let (plane, z, anchor) = (self.plane(plane), self.z[row], self.anchor[row]);
         DepthRow { plane, y: self.y + row as i32, z, anchor }
     }
 
     /// How many samples of a row are covered.
     #[inline(always)]
     pub(crate) fn len(&self, row: usize) -> usize {
-        (self.rows.end[row] - self.rows.start[row]).max(0) as usize
+        (self.end[row] - self.start[row]).max(0) as usize
     }
 
     /// What weights are made of at a row's anchor.

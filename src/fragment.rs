@@ -121,6 +121,12 @@ impl WeightParts {
 }
 
 impl Scales {
+    /// Each number mapped.
+    #[inline(always)]
+    pub(crate) fn map(self, f: fn(f32) -> f32) -> Self {
+        Self { inv_w: self.inv_w.map(f), inv_area2: f(self.inv_area2) }
+    }
+
     /// What weights are made of where the edge functions are these; and, of their steps, its step.
     #[inline(always)]
     pub(crate) fn parts(&self, edges: [f32; 3]) -> WeightParts {

@@ -42,6 +42,12 @@ impl DepthPlane {
         Self { z, more, low, high }
     }
 
+    /// Each of the plane's numbers mapped.
+    #[inline(always)]
+    pub(crate) fn map(self, f: fn(f32) -> f32) -> Self {
+        Self { z: f(self.z), more: self.more.map(f), ..self }
+    }
+
     /// Where the first two edge functions are these.
     #[inline(always)]
     pub(crate) fn at_edges(&self, e0: f32, e1: f32) -> f32 {

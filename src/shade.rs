@@ -341,7 +341,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 let mut begin = 0;
                 for row in at.gathered.clone() {
                     let Some(&end) = at.ends.get(row) else { break };
-                    let (len, x) = (end - begin, band.rows.start[row]);
+                    let (len, x) = (end - begin, band.start[row]);
                     // An empty row may lie beside the area.
                     if len > 0 {
                         restore(begin, len, (x, band.y + row as i32), len);
@@ -553,11 +553,11 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                     return Some((begin, at.done));
                 }
             }
-            let is_between_rows = at.len == 0 || at.x + at.len as i32 >= *band.rows.end.get(at.row)?;
+            let is_between_rows = at.len == 0 || at.x + at.len as i32 >= *band.end.get(at.row)?;
             if is_between_rows {
                 if at.len > 0 {
                     if self.coarse.learns && at.is_shaded && !at.has_gaps {
-                        let columns = (*band.rows.start.get(at.row)?, *band.rows.end.get(at.row)?);
+                        let columns = (*band.start.get(at.row)?, *band.end.get(at.row)?);
                         self.coarse.learn(self.target, band.depth(triangle.plane, at.row), columns);
                     }
                     at.row += 1;
@@ -573,11 +573,11 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 }
             }
             // The next stretch.
-            at.x = if is_between_rows { *band.rows.start.get(at.row)? } else { at.x + at.len as i32 };
+            at.x = if is_between_rows { *band.start.get(at.row)? } else { at.x + at.len as i32 };
             at.done = 0;
             let row = at.row;
             let (x, y) = (at.x, band.y + row as i32);
-            let columns = (x, band.rows.end[row]);
+            let columns = (x, band.end[row]);
             if is_between_rows || x >= at.hidden.right() {
                 at.hidden = self.coarse.hidden(self.target, band.depth(triangle.plane, row), columns);
             }
@@ -587,7 +587,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 (at.len, at.lent) = (len, 0);
                 continue;
             }
-            let (z, dx) = (band.z[row], (x - band.rows.anchor[row]) as f32);
+            let (z, dx) = (band.z[row], (x - band.anchor[row]) as f32);
             let run = self.target.run(x, y, len);
             // A framebuffer that lends less than it was asked for gets no more than that.
             let lent = len.min(run.color.len()).min(run.depth.len());
@@ -664,11 +664,11 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         filled: usize,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> Option<usize> {
-        let (x, y) = (band.rows.start[row], band.y + row as i32);
+        let (x, y) = (band.start[row], band.y + row as i32);
         if filled + room > PACKET || x + room as i32 > self.target_area.right {
             return None;
         }
-        let (len, dx) = (band.rows.end[row] - x, (x - band.rows.anchor[row]) as f32);
+        let (len, dx) = (band.end[row] - x, (x - band.anchor[row]) as f32);
         let run = self.target.run(x, y, room);
         let old = (run.color.get(..room)?, run.depth.get(..room)?);
         let start = Start { x, y, dx, base: band.base(row), z: band.z[row] };
@@ -703,7 +703,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         place: Range<usize>,
         packet: &Packet<'_, F::Color, F::Depth>,
     ) -> Option<()> {
-        let run = self.target.run(band.rows.start[row], band.y + row as i32, place.len());
+        let run = self.target.run(band.start[row], band.y + row as i32, place.len());
         let (to_colors, to_depths) = (run.color.get_mut(..place.len())?, run.depth.get_mut(..place.len())?);
         let (colors, depths) = (packet.colors.get(place.clone())?, packet.depths.get(place)?);
         write_both((to_colors, colors), (to_depths, depths), self.test.writes());
