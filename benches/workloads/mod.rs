@@ -406,12 +406,9 @@ pub fn lit_checker(varyings: Lit) -> u32 {
 #[inline(always)]
 #[must_use]
 pub fn lit_texture(texture: &Texture, varyings: Lit, dx: Vec2, dy: Vec2) -> u32 {
-    let light = (lambert(varyings.normal) * 256.0 + ROUND).to_bits() & 0x1FF;
-    let texel = texture.sample(varyings.uv, dx, dy);
-    // Two channels at once: a product of 8 by 9 bits fits in 16, with alpha left as it is.
-    let red_blue = (((texel & 0x00FF_00FF) * light) >> 8) & 0x00FF_00FF;
-    let green = (((texel & 0x0000_FF00) * light) >> 8) & 0x0000_FF00;
-    red_blue | green | 0xFF00_0000
+    let light = lambert(varyings.normal);
+    let [red, green, blue] = texture.sample(varyings.uv, dx, dy).map(|channel| channel * light);
+    bytes([red, green, blue, 255.0])
 }
 
 /// The premultiplied colour `over` the pixel `under`: red, green, blue, alpha.
@@ -480,13 +477,14 @@ impl Texture {
         sides.map(|side| (side, &self.texels[side * side..2 * side * side]))
     }
 
-    /// Bilinear in the nearest mip level: OpenGL's `LINEAR_MIPMAP_NEAREST`; for |uv| < 16.
+    /// Red, green and blue, 0 to 255, bilinear in the nearest mip level: OpenGL's `LINEAR_MIPMAP_NEAREST`; for |uv| < 16.
     ///
     /// From the derivatives to the last product each step waits for the one before it, so what counts is how many they are. A
-    /// row's product is of numbers that a compiler knows to have 16 bits at most: half as long as another one.
+    /// row's product is of numbers that a compiler knows to have 16 bits at most: half as long as another one. Channels are mixed
+    /// as floats: SSE2 has no product of 32 bits, and each other one would take as many steps.
     #[inline(always)]
     #[must_use]
-    pub fn sample(&self, uv: Vec2, dx: Vec2, dy: Vec2) -> u32 {
+    pub fn sample(&self, uv: Vec2, dx: Vec2, dy: Vec2) -> [f32; 3] {
         const EXPONENT: u32 = 23;
         const ONE: u32 = 1f32.to_bits();
         // round(log₂ ρ) = ⌊log₂(2ρ²) / 2⌋, and the exponent of a float is ⌊log₂⌋. The longer step counts.
@@ -510,18 +508,20 @@ impl Texture {
         let row = |y: u32| ((side + y) & ((4 << SIDE_LOG2) - 1)) * side;
         let fetch = |row: u32, x: u32| self.texels[(row + x) as usize & (2 * SIDE * SIDE - 1)];
         let (top, bottom) = (row(y0), row(y1));
-        let above = mix(fetch(top, x0), fetch(top, x1), x & 0xFF);
-        let below = mix(fetch(bottom, x0), fetch(bottom, x1), x & 0xFF);
-        mix(above, below, y & 0xFF)
+        let texels = [fetch(top, x0), fetch(top, x1), fetch(bottom, x0), fetch(bottom, x1)];
+        let fraction = |x: u32| (x & 0xFF) as f32 * (1.0 / 256.0);
+        let (s, t) = (fraction(x), fraction(y));
+        [0, 8, 16].map(|shift| {
+            let [a, b, c, d] = texels.map(|texel| (texel >> shift & 0xFF) as f32);
+            mix(mix(a, b, s), mix(c, d, s), t)
+        })
     }
 }
 
-/// a + (b − a) t / 256 in each of four bytes, two at a time.
+/// a + (b − a) t.
 #[inline(always)]
-fn mix(a: u32, b: u32, t: u32) -> u32 {
-    let even = |c: u32| c & 0x00FF_00FF;
-    let pair = |a: u32, b: u32| (a << 8).wrapping_add(b.wrapping_sub(a).wrapping_mul(t));
-    even(pair(even(a), even(b)) >> 8) | pair(even(a >> 8), even(b >> 8)) & 0xFF00_FF00
+fn mix(a: f32, b: f32, t: f32) -> f32 {
+    a + (b - a) * t
 }
 
 /// `SplitMix64` (Steele, Lea, Flood 2014): the same triangles on every machine.
