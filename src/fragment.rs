@@ -350,7 +350,8 @@ impl<V: Varyings> Fragment<'_, V> {
     /// sample and not a difference of neighbours. [`Flat`](crate::Flat) parts keep their value.
     ///
     /// ```text
-    ///   ∂α/∂x = (∂p/∂x − α ∂s/∂x) / s      p = α'/w_a,  s = p + q + r
+    ///   ∂v/∂x = ∂α/∂x v_a + ∂β/∂x v_b + ∂γ/∂x v_c      ∂α/∂x = (∂p/∂x − α ∂s/∂x) / s,  p = α'/w_a,  s = p + q + r
+    ///         = (∂n/∂x − v ∂s/∂x) / s                 n = p v_a + q v_b + r v_c
     /// ```
     #[inline(always)]
     #[must_use]
@@ -365,8 +366,8 @@ impl<V: Varyings> Fragment<'_, V> {
         self.derivative(self.triangle.step(1))
     }
 
-    /// By the quotient rule, with values v relative to one corner's, which are N / s: N and s change by the same from pixel to pixel,
-    /// all over the triangle, so all that is left for a fragment is (∂N − v ∂s) / s.
+    /// The second form: n and s change by the same from pixel to pixel, all over the triangle. Values are taken relative to one
+    /// corner's, of which the change is 0: so large values with small differences lose nothing.
     #[inline(always)]
     fn derivative(&self, step: [f32; 3]) -> V {
         let Shading { scales: Scales { inv_w, inv_area2 }, provoking, varyings, .. } = *self.triangle;

@@ -30,7 +30,7 @@ enum Share {
     Mean { a: f32, b: f32, sum: f32 },
     /// The change of a mean, by changes of the first two weights: those of all three sum up to 0.
     Change { a: f32, b: f32 },
-    /// The change of a quotient N / s that is b, where N changes by a and s by `slope`: (a − b · slope) / s.
+    /// The change of a quotient n / s that is b, where n changes by a and s by `slope`: (a − b · slope) / s.
     Quotient { slope: f32, inv_sum: f32 },
     /// The first.
     First,
@@ -82,7 +82,7 @@ impl Weights {
         Self { perspective: share(perspective), linear: share(linear), provoking }
     }
 
-    /// What makes the change of a value of the change of N and of N / s, if s changes by `slope`.
+    /// What makes of the change of n, and of n / s itself, the change of that, where s changes by `slope`.
     #[inline(always)]
     pub(crate) fn of_quotient(slope: f32, inv_sum: f32, provoking: u8) -> Self {
         Self { perspective: Share::Quotient { slope, inv_sum }, linear: Share::First, provoking }
