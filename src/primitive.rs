@@ -30,8 +30,21 @@ pub enum Topology {
     Fan,
 }
 
-/// A type of vertex index: `u8`, `u16` or `u32`, and no other. (An index is looked up again when its triangle is drawn, and has
-/// to be the same then.)
+/// A type of vertex index: `u8`, `u16` or `u32`, and no other. An index is looked up again when its triangle is drawn, and has to be
+/// the same then, which nobody could ask of this:
+///
+/// ```compile_fail
+/// #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// struct Random(u32);
+///
+/// impl halfplane::Index for Random {
+///     const RESTART: Self = Self(u32::MAX);
+///
+///     fn to_usize(self) -> usize {
+///         4
+///     }
+/// }
+/// ```
 pub trait Index: Copy + PartialEq + Ord + core::fmt::Debug + sealed::Sealed {
     /// The index that restarts a strip or fan: all bits set.
     const RESTART: Self;
