@@ -350,8 +350,10 @@ impl<V: Varyings> Fragment<'_, V> {
     /// sample and not a difference of neighbours. [`Flat`](crate::Flat) parts keep their value.
     ///
     /// ```text
-    ///   ∂v/∂x = ∂α/∂x v_a + ∂β/∂x v_b + ∂γ/∂x v_c      ∂α/∂x = (∂p/∂x − α ∂s/∂x) / s,  p = α'/w_a,  s = p + q + r
+    ///   ∂v/∂x = ∂α/∂x v_a + ∂β/∂x v_b + ∂γ/∂x v_c      ∂α/∂x = (∂p/∂x − α ∂s/∂x) / s
     ///         = (∂n/∂x − v ∂s/∂x) / s                 n = p v_a + q v_b + r v_c
+    ///
+    ///   p = α'/w_a,  q = β'/w_b,  r = γ'/w_c  and their sum s, which is 1/w, are linear on the screen
     /// ```
     #[inline(always)]
     #[must_use]
@@ -366,17 +368,15 @@ impl<V: Varyings> Fragment<'_, V> {
         self.derivative(self.triangle.step(1))
     }
 
-    /// The second form: n and s change by the same from pixel to pixel, all over the triangle. Values are taken relative to one
-    /// corner's, of which the change is 0: so large values with small differences lose nothing.
+    /// By the second form: n and s change by the same from pixel to pixel, all over the triangle.
     #[inline(always)]
     fn derivative(&self, step: [f32; 3]) -> V {
         let Shading { scales: Scales { inv_w, inv_area2 }, provoking, varyings, .. } = *self.triangle;
+        let step = each(step, |step| step * inv_area2);
         let [dp, dq, dr] = product(step, inv_w);
-        let dsum = dp + dq + dr;
-        let linear = [step[0] * inv_area2, step[1] * inv_area2];
-        let change = V::interpolate(varyings, &Weights::of_change([dp, dq], linear, provoking));
-        let value = V::interpolate(varyings, &Weights::of_change(self.perspective(), linear, provoking));
-        let inv_sum = 1.0 / self.at.sum;
-        V::interpolate(&[change, value, value], &Weights::of_quotient(dsum, inv_sum, provoking))
+        let (inv_sum, area2) = (1.0 / self.at.sum, 1.0 / inv_area2);
+        let here = (self.perspective(), inv_sum * area2);
+        let weights = Weights::of_change(([dp, dq], dp + dq + dr), here, [step[0], step[1]], provoking);
+        V::interpolate(varyings, &weights)
     }
 }

@@ -26,28 +26,28 @@ pub struct Weights {
 /// What becomes of three values a, b, c.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Share {
-    /// Their mean, by weights of the first two and the sum of all three.
-    Mean { a: f32, b: f32, sum: f32 },
-    /// The change of a mean, by changes of the first two weights: those of all three sum up to 0.
-    Change { a: f32, b: f32 },
-    /// The change of a quotient n / s that is b, where n changes by a and s by `slope`: (a − b · slope) / s.
-    Quotient { slope: f32, inv_sum: f32 },
-    /// The first.
-    First,
-}
-
-impl Share {
-    /// c + (a − c) α + (b − c) β, with the first c times the sum.
+    /// Their mean c + (a − c) α + (b − c) β, with the first c times the sum of all three weights.
     ///
     /// Not a α + b β + c γ: this form gives three equal values back exactly, and its differences do not change along a
     /// row, so the compiler computes them once.
+    Mean { alpha: f32, beta: f32, sum: f32 },
+    /// (a − c) ∂α + (b − c) ∂β: the mean's change, by that of the weights.
+    Change { alpha: f32, beta: f32 },
+    /// (∂n − v ∂s) w: the change of the mean v = n / s, where s is 1/w. All relative to c, of which the change is 0; so large values
+    /// with small differences lose nothing.
+    Quotient { dp: f32, dq: f32, ds: f32, alpha: f32, beta: f32, w: f32 },
+}
+
+impl Share {
     #[inline(always)]
     fn mix<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>>(self, [a, b, c]: [T; 3]) -> T {
         match self {
-            Self::Mean { a: alpha, b: beta, sum } => c * sum + (a - c) * alpha + (b - c) * beta,
-            Self::Change { a: alpha, b: beta } => (a - c) * alpha + (b - c) * beta,
-            Self::Quotient { slope, inv_sum } => (a - b * slope) * inv_sum,
-            Self::First => a,
+            Self::Mean { alpha, beta, sum } => c * sum + (a - c) * alpha + (b - c) * beta,
+            Self::Change { alpha, beta } => (a - c) * alpha + (b - c) * beta,
+            Self::Quotient { dp, dq, ds, alpha, beta, w } => {
+                let (dn, v) = ((a - c) * dp + (b - c) * dq, (a - c) * alpha + (b - c) * beta);
+                (dn - v * ds) * w
+            }
         }
     }
 }
@@ -64,28 +64,31 @@ impl Weights {
     #[inline(always)]
     #[must_use]
     pub fn new(perspective: [f32; 3], linear: [f32; 3], provoking: u8) -> Self {
-        let share = |[a, b, c]: [f32; 3]| Share::Mean { a, b, sum: a + b + c };
+        let share = |[alpha, beta, c]: [f32; 3]| Share::Mean { alpha, beta, sum: alpha + beta + c };
         Self { perspective: share(perspective), linear: share(linear), provoking }
     }
 
     /// Weights that sum up to 1, without a rounded addition to find out.
     #[inline(always)]
     pub(crate) fn of_value(perspective: [f32; 2], linear: [f32; 2], provoking: u8) -> Self {
-        let share = |[a, b]: [f32; 2]| Share::Mean { a, b, sum: 1.0 };
+        let share = |[alpha, beta]: [f32; 2]| Share::Mean { alpha, beta, sum: 1.0 };
         Self { perspective: share(perspective), linear: share(linear), provoking }
     }
 
-    /// Changes of weights.
+    /// What gives a value's change, by the changes of p, q and s where the perspective-correct weights are these, and by
+    /// those of the screen-linear weights.
     #[inline(always)]
-    pub(crate) fn of_change(perspective: [f32; 2], linear: [f32; 2], provoking: u8) -> Self {
-        let share = |[a, b]: [f32; 2]| Share::Change { a, b };
-        Self { perspective: share(perspective), linear: share(linear), provoking }
-    }
-
-    /// What makes of the change of n, and of n / s itself, the change of that, where s changes by `slope`.
-    #[inline(always)]
-    pub(crate) fn of_quotient(slope: f32, inv_sum: f32, provoking: u8) -> Self {
-        Self { perspective: Share::Quotient { slope, inv_sum }, linear: Share::First, provoking }
+    pub(crate) fn of_change(
+        ([dp, dq], ds): ([f32; 2], f32),
+        ([alpha, beta], w): ([f32; 2], f32),
+        linear: [f32; 2],
+        provoking: u8,
+    ) -> Self {
+        Self {
+            perspective: Share::Quotient { dp, dq, ds, alpha, beta, w },
+            linear: Share::Change { alpha: linear[0], beta: linear[1] },
+            provoking,
+        }
     }
 
     /// The perspective-correct mean: what most attributes want.
@@ -119,9 +122,8 @@ impl Weights {
 
 /// Values that a triangle's vertices have and its fragments get.
 ///
-/// **Law**: the value is linear in the weights, and in the vertices' values. So weights that sum to 1 give a point of the triangle, and
-/// the value's derivative is made of the same parts: see [`varyings_dx`](crate::Fragment::varyings_dx). ([`Flat`] has no derivative and
-/// keeps its value.)
+/// **Law**: the value is linear in the weights, so that weights that sum to 1 give a point of the triangle, and the
+/// weights' derivatives, which sum to 0, give the value's derivative. ([`Flat`] has no derivative and keeps its value.)
 ///
 /// Implemented for `f32`, glam's vectors, arrays, tuples and `()`; [`Flat`] and [`NoPerspective`] qualify any of them.
 /// A struct does it with [`varyings!`](crate::varyings), or by hand:

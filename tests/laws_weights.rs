@@ -7,7 +7,7 @@ mod common;
 
 use common::{Frame, Mixed, Nowhere, Random, Record, config, mixed, projected, records_of};
 use glam::{Vec2, Vec4};
-use halfplane::{ClipDepth, Flat, NoPerspective, Primitives, Rasterizer};
+use halfplane::{ClipDepth, Flat, Fragment, NoPerspective, Primitives, Rasterizer, Varyings, Weights};
 use proptest::prelude::*;
 
 const FRAME: Frame = Frame::new(32, 32);
@@ -226,5 +226,65 @@ fn random_numbers_are_what_they_say() {
     for _ in 0..1000 {
         let (integer, float) = (random.between(-3, 2), random.range(2.0, 3.0));
         assert!((-3..=2).contains(&integer) && (2.0..3.0).contains(&float), "{integer} {float}");
+    }
+}
+
+/// An angle, a full turn of which is 1: vertices are interpolated the short way round.
+#[derive(Clone, Copy, Default)]
+struct Turn(f32);
+
+impl Varyings for Turn {
+    fn interpolate([a, b, c]: &[Self; 3], weights: &Weights) -> Self {
+        let near = |other: &Self| other.0 - (other.0 - a.0).round();
+        Self(weights.smooth([a.0, near(b), near(c)]))
+    }
+}
+
+/// What a closure is told of a triangle: the value and its change along x, fragment by fragment, left to right.
+fn values_and_changes<V: Varyings>(
+    triangle: [Vec4; 3],
+    vertices: [V; 3],
+    number: fn(V) -> f32,
+) -> Vec<[f32; 2]> {
+    let mut told = Vec::new();
+    let mut nowhere = Nowhere::new(FRAME.area());
+    let rasterizer = Rasterizer::new(FRAME.viewport());
+    let drawn = rasterizer.draw(
+        &mut nowhere,
+        Primitives::list(),
+        &triangle,
+        &vertices,
+        |fragment: Fragment<'_, V>| {
+            told.push([number(fragment.varyings()), number(fragment.varyings_dx())]);
+        },
+    );
+    assert!(drawn.is_ok() && !told.is_empty(), "it is drawn");
+    told
+}
+
+const SLANTED: [[f32; 4]; 3] = [[-30.0, -30.0, 0.5, 1.0], [30.0, -30.0, 0.5, 4.0], [0.0, 30.0, 0.5, 2.0]];
+
+/// `interpolate` by hand may do what it likes with the vertices' values, as long as the result is linear in the weights.
+#[test]
+fn values_interpolated_by_hand_have_the_change_of_what_they_are() {
+    let triangle = SLANTED.map(|[x, y, z, w]| FRAME.place(x + 16.0, y + 16.0, z, w));
+    let turns = values_and_changes(triangle, [Turn(0.9), Turn(0.1), Turn(0.3)], |turn| turn.0);
+    let unwrapped = values_and_changes(triangle, [0.9f32, 1.1, 1.3], |turn| turn);
+    assert_eq!(turns.len(), unwrapped.len(), "the same fragments");
+    for (found, expected) in turns.iter().zip(&unwrapped) {
+        let is_near = |i: usize| (found[i] - expected[i]).abs() < 1e-6;
+        assert!(is_near(0) && is_near(1), "value and change {found:?}, not {expected:?}");
+    }
+}
+
+/// Changes of large values are finite, and in proportion.
+#[test]
+fn large_values_have_large_changes() {
+    let triangle = SLANTED.map(|[x, y, z, w]| FRAME.place(x + 16.0, y + 16.0, z, w));
+    let usual = values_and_changes(triangle, [1.0f32, -0.5, 2.0], |value| value);
+    let large = values_and_changes(triangle, [1e32f32, -0.5e32, 2e32], |value| value);
+    for (usual, large) in usual.iter().zip(&large) {
+        let error = (large[1] / 1e32 - usual[1]).abs();
+        assert!(error < 1e-6, "{} is not 1e32 times {}", large[1], usual[1]);
     }
 }
