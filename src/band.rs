@@ -18,7 +18,7 @@ pub(crate) struct Band {
     /// Changes along a row, of what weights are made of and of depth.
     pub(crate) step: WeightParts,
     pub(crate) step_z: f32,
-    /// The columns of each row, and its anchor.
+    /// Columns `start .. end` of each row, cut to the area: of a row beside it, `start` may be behind `end`. And its anchor.
     pub(crate) start: [i32; LANES],
     pub(crate) end: [i32; LANES],
     pub(crate) anchor: [i32; LANES],

@@ -71,7 +71,9 @@ pub(crate) const PLACES: usize = (SIDE * SIDE) as usize;
 /// the same stride.
 #[derive(Debug)]
 pub(crate) struct Places {
+    /// Words of eight rows of eight lanes.
     pub(crate) narrow: Words<2, 8>,
+    /// Words of four rows of sixteen lanes.
     pub(crate) wide: Words<4, 16>,
 }
 

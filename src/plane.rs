@@ -42,7 +42,7 @@ impl DepthPlane {
         Self { z, more, low, high }
     }
 
-    /// Each of the plane's numbers mapped.
+    /// What depths are made of mapped, number by number. Its limits stay.
     #[inline(always)]
     pub(crate) fn map(self, f: fn(f32) -> f32) -> Self {
         Self { z: f(self.z), more: self.more.map(f), ..self }

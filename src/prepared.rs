@@ -27,7 +27,7 @@ use crate::interpolate::Varyings;
 use crate::primitive::{Index, Primitives};
 use crate::project::{Positions, ProjectedVertex, Projector};
 use crate::queue::Queue;
-use crate::rasterizer::{DrawError, Rasterizer, Source, triangles};
+use crate::rasterizer::{DrawError, Rasterizer, Source, checked_triangles};
 use crate::setup::{Setup, sample_bounds};
 use crate::state::Statistics;
 use crate::target::{Borders, Framebuffer, Rect};
@@ -411,8 +411,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     {
         // The scissor is that of each draw.
         let area = self.viewport.pixels().intersection(area);
-        let triangles = triangles(primitives, &positions, &varyings)?;
-        let geometry = Geometry::new(triangles, positions, self.projector(), self.facing(), area);
+        let triangles = checked_triangles(primitives, &positions, &varyings)?;
+        let geometry = self.geometry(triangles, positions, area);
         Ok(Preparation { geometry, varyings })
     }
 

@@ -30,18 +30,18 @@ pub enum Topology {
     Fan,
 }
 
-/// A type of vertex index: `u8`, `u16` or `u32`, and no other. An index is looked up again when its triangle is drawn, and has to be
-/// the same then, which nobody could ask of this:
+/// A type of vertex index: `u8`, `u16` or `u32`. The trait is sealed: an index is looked up again when its triangle is drawn, and has
+/// to be the same then, of which no other type could be trusted.
 ///
 /// ```compile_fail
 /// #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-/// struct Random(u32);
+/// struct Mine(u32);
 ///
-/// impl halfplane::Index for Random {
+/// impl halfplane::Index for Mine {
 ///     const RESTART: Self = Self(u32::MAX);
 ///
 ///     fn to_usize(self) -> usize {
-///         4
+///         self.0 as usize
 ///     }
 /// }
 /// ```

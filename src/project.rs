@@ -204,13 +204,12 @@ impl Projector {
         }
         let depth = (z * inv_w).max(Vec4::splat(-1e12)).min(Vec4::splat(1e12));
         let rounded = |pixels: Vec4| pixels * SUBPIXELS as f32 + ROUNDING;
-        // Integers among floats, for as long as they are moved.
+        // Integers in ±2²², as floats for as long as they are moved: some are no numbers, but quiet ones, so no move changes a bit.
         let bits =
             |sum: Vec4| Vec4::from_array(sum.to_array().map(|sum| f32::from_bits(rounded_to(sum) as u32)));
         let vertices = transpose([bits(rounded(x)), bits(rounded(y)), place(depth, 2), inv_w]);
         for (to, vertex) in to.iter_mut().zip(vertices) {
-            let [x, y, z, inv_w] = vertex.to_array();
-            *to = ProjectedVertex { x: x.to_bits() as i32, y: y.to_bits() as i32, z, inv_w };
+            *to = ProjectedVertex::from_words(vertex.to_array().map(f32::to_bits));
         }
     }
 

@@ -361,13 +361,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             return self.draw_one_by_one(target, primitives, positions, varyings, shade);
         }
         let area = self.render_area(target);
-        let triangles = triangles(primitives, &positions, &varyings)?;
-        let mut direct = Direct {
-            geometry: Geometry::new(triangles, positions, self.projector(), self.facing(), area),
-            varyings,
-            fan: None,
-            values: None,
-        };
+        let triangles = checked_triangles(primitives, &positions, &varyings)?;
+        let mut direct =
+            Direct { geometry: self.geometry(triangles, positions, area), varyings, fan: None, values: None };
         let mut statistics = self.draw_triangles::<_, _, _, BLENDS>(target, &mut direct, shade);
         statistics += direct.geometry.statistics;
         Ok(statistics)
@@ -407,8 +403,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         }
         let (target_area, render_area) = (target.area().intersection(DOMAIN), self.render_area(target));
         let (bias, limits) = (self.depth_bias.unless_zero(), self.viewport.depth_limits());
-        let triangles = triangles(primitives, &positions, &())?;
-        let mut geometry = Geometry::new(triangles, positions, self.projector(), self.facing(), render_area);
+        let triangles = checked_triangles(primitives, &positions, &())?;
+        let mut geometry = self.geometry(triangles, positions, render_area);
         let mut fan = None;
         let coarse = Coarse::new(target, render_area, self.depth_test);
         let (target_area, render_area) = (target_area.borders(), render_area.borders());
@@ -435,7 +431,18 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         Ok(statistics)
     }
 
-    pub(crate) fn facing(&self) -> Facing {
+    /// The geometry half of a draw.
+    #[inline(always)]
+    pub(crate) fn geometry<'a, I: Index, P: Positions>(
+        &self,
+        triangles: Triangles<'a, I>,
+        positions: P,
+        area: Rect,
+    ) -> Geometry<'a, I, P> {
+        Geometry::new(triangles, positions, self.projector(), self.facing(), area)
+    }
+
+    fn facing(&self) -> Facing {
         let Self { cull_mode, front_face, provoking_vertex, .. } = *self;
         Facing { cull_mode, front_face, provoking_vertex }
     }
@@ -458,7 +465,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         S: FnMut(Fragment<'_, A::Value>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        let triangles = triangles(primitives, &positions, &varyings)?;
+        let triangles = checked_triangles(primitives, &positions, &varyings)?;
         let (projector, facing) = (self.projector(), self.facing());
         let mut draw = self.one_by_one(target, shade);
         let vertices = Vertices { positions, varyings, projector, facing };
@@ -697,7 +704,7 @@ impl<'a, A: Attributes<Value = Vec4>> Projected<'a, A> {
 }
 
 /// The triangles of a draw, or why it cannot be done.
-pub(crate) fn triangles<'a, I: Index>(
+pub(crate) fn checked_triangles<'a, I: Index>(
     primitives: Primitives<'a, I>,
     positions: &impl Positions,
     varyings: &impl Attributes,

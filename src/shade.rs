@@ -87,8 +87,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
 
     /// Whether packets of tiny triangles and of gathered rows are filled up to a multiple of eight lanes, for which the closure
     /// is not called. Up to seven fragments that are left over after SIMD, one by one, are a tenth of a fine mesh's time where
-    /// it has eight lanes; where it has four, they are a fiftieth, and closures so large that rounds are not unrolled pay more for
-    /// the condition. Not where the closure may read: what it reads may not be there where it is not called.
+    /// it has eight lanes; where it has four, they are a fiftieth, and with the condition closures so large that rounds are not
+    /// unrolled do not become SIMD. Not where the closure may read: what it reads may not be there where it is not called.
     ///
     /// A stretch that is shaded in the framebuffer is not filled up: the pixels behind it are others'.
     const IS_PADDED: bool = cfg!(target_feature = "avx") && !Self::MAY_READ;

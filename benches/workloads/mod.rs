@@ -481,7 +481,7 @@ impl Texture {
     ///
     /// From the derivatives to the last product each step waits for the one before it, so what counts is how many they are. A
     /// row's product is of numbers that a compiler knows to have 16 bits at most: half as long as another one. Channels are mixed
-    /// as floats: SSE2 has no product of 32 bits, and each other one would take as many steps.
+    /// as floats: SSE2 has no product of 32 bits, and those of 16 take no fewer steps.
     #[inline(always)]
     #[must_use]
     pub fn sample(&self, uv: Vec2, dx: Vec2, dy: Vec2) -> [f32; 3] {
