@@ -342,7 +342,7 @@ impl<V: Varyings> Fragment<'_, V> {
     #[inline(always)]
     #[must_use]
     pub fn varyings(&self) -> V {
-        let weights = Weights::with_sum(self.perspective(), self.linear(), 1.0, self.triangle.provoking);
+        let weights = Weights::of_value(self.perspective(), self.linear(), self.triangle.provoking);
         V::interpolate(self.triangle.varyings, &weights)
     }
 
@@ -350,7 +350,10 @@ impl<V: Varyings> Fragment<'_, V> {
     /// sample and not a difference of neighbours. [`Flat`](crate::Flat) parts keep their value.
     ///
     /// ```text
-    ///   ∂α/∂x = (∂p/∂x − α ∂s/∂x) / s      p = α'/w_a,  s = p + q + r
+    ///   ∂v/∂x = ∂α/∂x v_a + ∂β/∂x v_b + ∂γ/∂x v_c      ∂α/∂x = (∂p/∂x − α ∂s/∂x) / s
+    ///         = (∂n/∂x − v ∂s/∂x) / s                 n = p v_a + q v_b + r v_c
+    ///
+    ///   p = α'/w_a,  q = β'/w_b,  r = γ'/w_c  and their sum s, which is 1/w, are linear on the screen
     /// ```
     #[inline(always)]
     #[must_use]
@@ -365,15 +368,15 @@ impl<V: Varyings> Fragment<'_, V> {
         self.derivative(self.triangle.step(1))
     }
 
+    /// By the second form: n and s change by the same from pixel to pixel, all over the triangle.
     #[inline(always)]
     fn derivative(&self, step: [f32; 3]) -> V {
-        let Shading { scales: Scales { inv_w, inv_area2 }, provoking, .. } = *self.triangle;
-        let WeightParts { p, q, sum, .. } = self.at;
-        let inv_sum = 1.0 / sum;
+        let Shading { scales: Scales { inv_w, inv_area2 }, provoking, varyings, .. } = *self.triangle;
+        let step = each(step, |step| step * inv_area2);
         let [dp, dq, dr] = product(step, inv_w);
-        let dsum = dp + dq + dr;
-        let perspective = [(dp - p * inv_sum * dsum) * inv_sum, (dq - q * inv_sum * dsum) * inv_sum];
-        let linear = [step[0] * inv_area2, step[1] * inv_area2];
-        V::interpolate(self.triangle.varyings, &Weights::with_sum(perspective, linear, 0.0, provoking))
+        let (inv_sum, area2) = (1.0 / self.at.sum, 1.0 / inv_area2);
+        let here = (self.perspective(), inv_sum * area2);
+        let weights = Weights::of_change(([dp, dq], dp + dq + dr), here, [step[0], step[1]], provoking);
+        V::interpolate(varyings, &weights)
     }
 }

@@ -23,22 +23,32 @@ pub struct Weights {
     provoking: u8,
 }
 
-/// Weights of the first two vertices, and the sum of all three: 1 for a value, 0 for a derivative.
+/// What becomes of three values a, b, c.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Share {
-    a: f32,
-    b: f32,
-    sum: f32,
-}
-
-impl Share {
-    /// c + (a − c) α + (b − c) β, with the first c times the sum.
+enum Share {
+    /// Their mean c + (a − c) α + (b − c) β, with the first c times the sum of all three weights.
     ///
     /// Not a α + b β + c γ: this form gives three equal values back exactly, and its differences do not change along a
     /// row, so the compiler computes them once.
+    Mean { alpha: f32, beta: f32, sum: f32 },
+    /// (a − c) ∂α + (b − c) ∂β: the mean's change, by that of the weights.
+    Change { alpha: f32, beta: f32 },
+    /// (∂n − v ∂s) w: the change of the mean v = n / s, where s is 1/w. All relative to c, of which the change is 0; so large values
+    /// with small differences lose nothing.
+    Quotient { dp: f32, dq: f32, ds: f32, alpha: f32, beta: f32, w: f32 },
+}
+
+impl Share {
     #[inline(always)]
     fn mix<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>>(self, [a, b, c]: [T; 3]) -> T {
-        c * self.sum + (a - c) * self.a + (b - c) * self.b
+        match self {
+            Self::Mean { alpha, beta, sum } => c * sum + (a - c) * alpha + (b - c) * beta,
+            Self::Change { alpha, beta } => (a - c) * alpha + (b - c) * beta,
+            Self::Quotient { dp, dq, ds, alpha, beta, w } => {
+                let (dn, v) = ((a - c) * dp + (b - c) * dq, (a - c) * alpha + (b - c) * beta);
+                (dn - v * ds) * w
+            }
+        }
     }
 }
 
@@ -54,15 +64,31 @@ impl Weights {
     #[inline(always)]
     #[must_use]
     pub fn new(perspective: [f32; 3], linear: [f32; 3], provoking: u8) -> Self {
-        let share = |[a, b, c]: [f32; 3]| Share { a, b, sum: a + b + c };
+        let share = |[alpha, beta, c]: [f32; 3]| Share::Mean { alpha, beta, sum: alpha + beta + c };
         Self { perspective: share(perspective), linear: share(linear), provoking }
     }
 
-    /// Weights whose sum is known to be `sum`, without a rounded addition to find out.
+    /// Weights that sum up to 1, without a rounded addition to find out.
     #[inline(always)]
-    pub(crate) fn with_sum(perspective: [f32; 2], linear: [f32; 2], sum: f32, provoking: u8) -> Self {
-        let share = |[a, b]: [f32; 2]| Share { a, b, sum };
+    pub(crate) fn of_value(perspective: [f32; 2], linear: [f32; 2], provoking: u8) -> Self {
+        let share = |[alpha, beta]: [f32; 2]| Share::Mean { alpha, beta, sum: 1.0 };
         Self { perspective: share(perspective), linear: share(linear), provoking }
+    }
+
+    /// What gives a value's change, by the changes of p, q and s where the perspective-correct weights are these, and by
+    /// those of the screen-linear weights.
+    #[inline(always)]
+    pub(crate) fn of_change(
+        ([dp, dq], ds): ([f32; 2], f32),
+        ([alpha, beta], w): ([f32; 2], f32),
+        linear: [f32; 2],
+        provoking: u8,
+    ) -> Self {
+        Self {
+            perspective: Share::Quotient { dp, dq, ds, alpha, beta, w },
+            linear: Share::Change { alpha: linear[0], beta: linear[1] },
+            provoking,
+        }
     }
 
     /// The perspective-correct mean: what most attributes want.
@@ -247,7 +273,7 @@ mod tests {
     fn equal_values_stay_equal() {
         for value in [0.1f32, 1.0 / 3.0, 255.0, -7.7e10] {
             for [a, b] in [[0.3, 0.3], [0.123_456, 0.7], [1.0, 0.0], [0.0, 0.0]] {
-                let weights = Weights::with_sum([a, b], [a, b], 1.0, 0);
+                let weights = Weights::of_value([a, b], [a, b], 0);
                 assert_eq!(f32::interpolate(&[value; 3], &weights), value, "{value} {a} {b}");
             }
         }

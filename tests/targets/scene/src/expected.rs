@@ -8,7 +8,7 @@ pub const HASHES: &[(&str, u64)] = &[
     ("cut/tiles", 0x4662_ae51_8381_2aaf),
     ("cut/bands", 0x4662_ae51_8381_2aaf),
     ("fragments", 0xe8bc_84d1_c69f_819d),
-    ("derivatives", 0xa335_f008_10ac_3a45),
+    ("derivatives", 0x9297_b901_79cb_419d),
     ("qualifiers", 0x2e07_e463_a30b_92f9),
     ("clip/near", 0x597a_5a26_7841_68b1),
     ("clip/guard_band", 0xfef5_7228_fe20_e625),
