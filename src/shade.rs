@@ -671,6 +671,12 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let (len, dx) = (band.end[row] - x, (x - band.anchor[row]) as f32);
         let run = self.target.run(x, y, room);
         let old = (run.color.get(..room)?, run.depth.get(..room)?);
+        if !BLENDS {
+            // Its cache line, which is about to be written, comes while depth is tested.
+            if let Some(&color) = old.0.first() {
+                black_box(color);
+            }
+        }
         let start = Start { x, y, dx, base: band.base(row), z: band.z[row] };
         let plane = band.plane(triangle.plane);
         let passing = packet.set_windows::<BLENDS>(filled, len, start, band.step, plane, self.test, old)?;
