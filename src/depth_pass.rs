@@ -13,7 +13,7 @@ use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::project::ProjectedVertex;
 use crate::setup::Setup;
 use crate::target::{Block, Borders, Framebuffer};
-use crate::tiny::{Row, Tiny, is_tiny};
+use crate::tiny::{Outline, Row, Tiny};
 use crate::traverse::{LANES, Solver};
 
 /// What a draw without a closure works with: depth is tested and written where it lies, eight pixels at a time.
@@ -37,13 +37,19 @@ struct Passed {
 impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
     /// Draws a triangle, of which these samples are [`covered`](crate::fan::Piece). Gives how many fragments passed.
     #[inline(always)]
-    pub(crate) fn draw(&mut self, (setup, covered): (&Setup, u8), plane: &DepthPlane) -> u64 {
+    pub(crate) fn draw(
+        &mut self,
+        (setup, covered): (&Setup, u8),
+        outline: impl FnOnce() -> Outline,
+        plane: &DepthPlane,
+    ) -> u64 {
         if covered != 0 {
             return self.draw_minute(setup.corners(), covered, *plane);
         }
-        if is_tiny(setup) {
-            let tiny = Tiny::new(setup, self.target_area, self.render_area);
-            let is_cut = tiny.is_cut(setup.borders());
+        let Outline { bounds, is_tiny } = outline();
+        if is_tiny {
+            let tiny = Tiny::new(setup, bounds, self.target_area, self.render_area);
+            let is_cut = tiny.is_cut(bounds);
             return match tiny.lanes {
                 4 => self.draw_tiny::<4>(&tiny, is_cut, plane),
                 8 => self.draw_tiny::<8>(&tiny, is_cut, plane),
@@ -51,7 +57,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
                 _ => self.draw_tiny::<16>(&tiny, is_cut, plane),
             };
         }
-        let (area, bounds, solver) = (self.render_area, setup.borders(), Solver::new(setup));
+        let (area, solver) = (self.render_area, Solver::new(setup));
         let plane = RowPlane::new(plane, plane.step_x(setup));
         let (left, right) = (area.left, area.right);
         let (mut top, bottom) = (area.top.max(bounds.top), area.bottom.min(bounds.bottom));

@@ -15,6 +15,7 @@ use crate::queue::Queue;
 use crate::setup::{ORDERS, Setup, sample_bounds, signed_area2};
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Borders, Rect};
+use crate::tiny::{self, Outline};
 use crate::traverse::HAS_FLOAT_LANES;
 use crate::triple::each;
 
@@ -84,6 +85,12 @@ fn pixel(v: f32) -> f32 {
     (v - 0.5) * (1.0 / 256.0) + ROUNDING
 }
 
+/// How far three numbers lie apart.
+#[inline(always)]
+fn extent([a, b, c]: [f32; 3]) -> f32 {
+    max(max(a, b), c) - min(min(a, b), c)
+}
+
 /// Borders in pixels, as [`pixel`] leaves them.
 struct PixelBorders {
     left: f32,
@@ -108,6 +115,14 @@ impl PixelBorders {
             right: pixel(max(max(ax, bx), cx)),
             bottom: pixel(max(max(ay, by), cy)),
         }
+    }
+
+    /// As integers.
+    #[inline(always)]
+    fn borders(&self) -> Borders {
+        let border = |at: f32| at.to_bits().wrapping_sub(ROUNDING.to_bits()) as i32;
+        let [left, top, right, bottom] = [self.left, self.top, self.right, self.bottom].map(border);
+        Borders { left, top, right, bottom }
     }
 
     /// Whether those of a triangle hold at most two by two samples.
@@ -136,6 +151,8 @@ struct Batch<'a, I> {
     x: [[f32; BATCH]; 3],
     y: [[f32; BATCH]; 3],
     verdicts: [u32; BATCH],
+    /// Left, top, right and bottom of the bounds of those that may be seen, if [outlines](Geometry::KNOWS_OUTLINES) are known.
+    borders: [[i32; BATCH]; 4],
     /// Which of them may be seen, and were not drawn or left out yet.
     queue: Queue,
     /// How many triangles there are in all.
@@ -156,6 +173,7 @@ impl<I: Index> Batch<'_, I> {
             x: [[0.0; BATCH]; 3],
             y: [[0.0; BATCH]; 3],
             verdicts: [0; BATCH],
+            borders: [[0; BATCH]; 4],
             queue: Queue::EMPTY,
             count: 0,
             primitive,
@@ -174,9 +192,8 @@ impl<I: Index> Batch<'_, I> {
                 most[axis] = max(most[axis], max(max(a, b), c));
             }
         }
-        let border = |at: f32| pixel(at).to_bits().wrapping_sub(ROUNDING.to_bits()) as i32;
-        let ([left, top], [right, bottom]) = (least.map(border), most.map(border));
-        Borders { left, top, right, bottom }
+        let ([left, top], [right, bottom]) = (least.map(pixel), most.map(pixel));
+        PixelBorders { left, top, right, bottom }.borders()
     }
 
     /// Fills `x` and `y` from `corners`.
@@ -196,6 +213,7 @@ impl<I: Index> Batch<'_, I> {
 /// ```text
 ///   bits 0–2   ORDER      a place in ORDERS, by which its vertices come into canonical order
 ///   bit 4      UNDECIDED  it has to be clipped, or its area is zero in f32: look closer
+///   bit 5      TINY       Outline::is_tiny
 ///   bits 8–11             Piece::covered, the samples that it covers, or 0 if that is not known
 ///   bit 31     DROPPED    it is not drawn: a sign, as a Queue needs it
 /// ```
@@ -204,6 +222,7 @@ mod verdict {
     /// Added to the place of the first vertex.
     pub(super) const COUNTER_CLOCKWISE: u32 = 3;
     pub(super) const UNDECIDED: u32 = 1 << 4;
+    pub(super) const TINY: u32 = 1 << 5;
     pub(super) const COVERED_SHIFT: u32 = 8;
     pub(super) const DROPPED: u32 = 1 << 31;
 }
@@ -253,10 +272,16 @@ pub(crate) struct Geometry<'a, I, P> {
     batch: Batch<'a, I>,
     /// Where what is rare leaves its result. If it returned that, the usual result would have to go through memory, too.
     aside: Piece,
+    /// Where in the batch the piece that came last stands.
+    lane: usize,
     pub(crate) statistics: Statistics,
 }
 
 impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
+    /// Whether the sieve finds out where triangles lie, which then need not be worked out when they are drawn, where the first
+    /// branches wait for it. Not where it does not work; nor of positions that may be others when asked again.
+    const KNOWS_OUTLINES: bool = HAS_FLOAT_LANES && P::ARE_PROJECTED;
+
     /// (A call: what it gives is large, and is made where it will stay. Inlined, it changes the loops behind it, for the worse.)
     #[inline(never)]
     pub(crate) fn new(
@@ -277,6 +302,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             facing,
             area: area.borders(),
             aside: Piece::BLANK,
+            lane: 0,
             statistics: Statistics::default(),
         }
     }
@@ -407,16 +433,23 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         count as u32 - culled - degenerate
     }
 
-    /// Drops triangles whose bounds hold no sample of the area, and finds the canonical order of the others' vertices. Gives
-    /// how many of those are minute.
+    /// Drops triangles whose bounds hold no sample of the area, and finds the canonical order of the others' vertices, and where
+    /// they lie. Gives how many of those are minute.
     #[inline(always)]
     fn sift_by_bounds<const LANES: usize>(&mut self) -> u32 {
-        let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, .. } = &mut self.batch;
+        let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, borders: [left, top, right, bottom], .. } =
+            &mut self.batch;
         let area = PixelBorders::new(self.area);
         let mut minute = 0;
         for i in 0..LANES {
             let ([ax, bx, cx], [ay, by, cy]) = ([ax[i], bx[i], cx[i]], [ay[i], by[i], cy[i]]);
             let bounds = PixelBorders::of_triangle([ax, bx, cx], [ay, by, cy]);
+            if Self::KNOWS_OUTLINES {
+                let Borders { left: l, top: t, right: r, bottom: b } = bounds.borders();
+                (left[i], top[i], right[i], bottom[i]) = (l, t, r, b);
+                let extent = max(extent([ax, bx, cx]), extent([ay, by, cy]));
+                verdicts[i] |= if extent <= tiny::EXTENT as f32 { verdict::TINY } else { 0 };
+            }
             let is_seen = (max(bounds.left, area.left) < min(bounds.right, area.right))
                 & (max(bounds.top, area.top) < min(bounds.bottom, area.bottom));
             let is_higher = |ax: f32, ay: f32, bx: f32, by: f32| (ay < by) | ((ay == by) & (ax < bx));
@@ -507,6 +540,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 continue;
             }
             let lane = self.batch.queue.pop()? & (BATCH - 1);
+            self.lane = lane;
             let verdict = self.batch.verdicts[lane];
             let number = self.batch.primitive.wrapping_add(lane as u32);
             let (setup, vertices) = if verdict & verdict::UNDECIDED == 0 {
@@ -527,6 +561,29 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             let covered = self.within(&setup, (verdict >> verdict::COVERED_SHIFT) as u8);
             return Some(Piece { setup, vertices, identity, in_fan: 0, covered });
         }
+    }
+
+    /// Where the piece that came last lies, unless it is known which samples it covers.
+    #[inline(always)]
+    pub(crate) fn outline(&self, piece: &Piece) -> Outline {
+        if !Self::KNOWS_OUTLINES {
+            return Outline::new(&piece.setup);
+        }
+        let (lane, [left, top, right, bottom]) = (self.lane & (BATCH - 1), &self.batch.borders);
+        let bounds = Borders { left: left[lane], top: top[lane], right: right[lane], bottom: bottom[lane] };
+        Outline { bounds, is_tiny: self.batch.verdicts[lane] & verdict::TINY != 0 }
+    }
+
+    /// Finds out where the piece of a clipped triangle lies that was put aside.
+    #[cold]
+    #[inline(never)]
+    fn outline_aside(&mut self) {
+        let (lane, Outline { bounds, is_tiny }) = (self.lane & (BATCH - 1), Outline::new(&self.aside.setup));
+        let [left, top, right, bottom] = &mut self.batch.borders;
+        (left[lane], top[lane], right[lane], bottom[lane]) =
+            (bounds.left, bounds.top, bounds.right, bounds.bottom);
+        self.batch.verdicts[lane] &= !verdict::TINY;
+        self.batch.verdicts[lane] |= if is_tiny { verdict::TINY } else { 0 };
     }
 
     /// Which samples are [`covered`](crate::fan::Piece::covered), or that it is not known if any of the four lies outside of
@@ -553,6 +610,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         while let Some(piece) = fan.as_mut().and_then(|fan| fan.next(&self.vertices.projector)) {
             if self.may_cover(piece.setup.corners()) {
                 self.aside = piece;
+                self.outline_aside();
                 return true;
             }
         }
@@ -695,6 +753,7 @@ mod tests {
             let first = 3 * piece.identity.primitive as usize;
             let named = piece.setup.order().map(|i| first + usize::from(i));
             assert_eq!(piece.vertices, named, "in the order of the corners: {:?}", piece.setup);
+            assert_eq!(geometry.outline(&piece), Outline::new(&piece.setup), "{:?}", piece.setup);
             pieces.push((piece.identity.primitive, (piece.setup, piece.covered)));
         }
         let mut minute = 0;

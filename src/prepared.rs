@@ -31,6 +31,7 @@ use crate::rasterizer::{DrawError, Rasterizer, Source, checked_triangles};
 use crate::setup::{Setup, sample_bounds};
 use crate::state::Statistics;
 use crate::target::{Borders, Framebuffer, Rect};
+use crate::tiny::Outline;
 use crate::triple::each;
 use crate::vertex::Attributes;
 
@@ -345,13 +346,22 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
     }
 
     #[inline(always)]
-    fn varyings(&mut self, piece: &Piece, history: Option<&History>) -> Option<&[V; 3]> {
-        let values = &self.record?.varyings;
-        if self.fan.is_none() {
-            return Some(values);
+    fn outline(&self, piece: &Piece) -> Outline {
+        Outline::new(&piece.setup)
+    }
+
+    #[inline(always)]
+    fn fetch(&mut self, piece: &Piece, history: Option<&History>) -> Option<()> {
+        if self.fan.is_some() {
+            let values = self.record?.varyings;
+            self.values = Some(at_corners(piece.setup.order(), piece.identity.provoking, values, history));
         }
-        self.values = Some(at_corners(piece.setup.order(), piece.identity.provoking, *values, history));
-        self.values.as_ref()
+        Some(())
+    }
+
+    #[inline(always)]
+    fn varyings(&self) -> Option<&[V; 3]> {
+        if self.fan.is_some() { self.values.as_ref() } else { self.record.map(|record| &record.varyings) }
     }
 }
 

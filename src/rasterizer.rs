@@ -25,6 +25,7 @@ use crate::setup::sample_bounds;
 use crate::shade::Shader;
 use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Borders, DOMAIN, Framebuffer, Rect};
+use crate::tiny::Outline;
 use crate::traverse::HAS_FLOAT_LANES;
 use crate::vertex::Attributes;
 use crate::viewport::{ClipDepth, Viewport};
@@ -422,7 +423,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             while let Some(piece) = geometry.next(&mut fan) {
                 let Piece { setup, covered, .. } = piece;
                 let plane = DepthPlane::new::<F::Depth>(&setup, bias, limits);
-                passed += pass.draw((&setup, covered), &plane);
+                passed += pass.draw((&setup, covered), || geometry.outline(&piece), &plane);
             }
         }
         let mut statistics = geometry.statistics;
@@ -506,7 +507,10 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             let mut draw = self.one_by_one(target, shade);
             while let Some(piece) = next(source) {
                 let history = source.history(&piece);
-                let Some(&varyings) = source.varyings(&piece, history.as_ref()) else { continue };
+                if source.fetch(&piece, history.as_ref()).is_none() {
+                    continue;
+                }
+                let Some(&varyings) = source.varyings() else { continue };
                 let pedigree = history.as_ref().map(History::pedigree);
                 let Piece { setup, identity, .. } = piece;
                 let shading = Shading::new(&setup, &varyings, identity, pedigree.as_ref());
@@ -569,12 +573,22 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             }
             while let Some(piece) = source.next() {
                 let history = source.history(&piece);
-                let Some(varyings) = source.varyings(&piece, history.as_ref()) else { continue };
+                if source.fetch(&piece, history.as_ref()).is_none() {
+                    continue;
+                }
+                let Some(varyings) = source.varyings() else { continue };
                 let pedigree = history.as_ref().map(History::pedigree);
                 let Piece { setup, identity, covered, .. } = piece;
                 let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
                 let plane = DepthPlane::new::<F::Depth>(&setup, bias, limits);
-                shader.draw((&setup, covered), &shading, &plane, &mut packet, &mut statistics);
+                shader.draw(
+                    (&setup, covered),
+                    || source.outline(&piece),
+                    &shading,
+                    &plane,
+                    &mut packet,
+                    &mut statistics,
+                );
             }
         }
         statistics
@@ -599,8 +613,14 @@ pub(crate) trait Source<V> {
     /// How it came about, if it is a piece.
     fn history(&self, piece: &Piece) -> Option<History>;
 
-    /// The values at its corners.
-    fn varyings(&mut self, piece: &Piece, history: Option<&History>) -> Option<&[V; 3]>;
+    /// Where it lies, unless it is known which samples it covers.
+    fn outline(&self, piece: &Piece) -> Outline;
+
+    /// Takes in the values at its corners.
+    fn fetch(&mut self, piece: &Piece, history: Option<&History>) -> Option<()>;
+
+    /// The values at the corners of the piece that came last, if they are there.
+    fn varyings(&self) -> Option<&[V; 3]>;
 }
 
 /// The next triangle, or piece of one, of all.
@@ -652,7 +672,12 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
     }
 
     #[inline(always)]
-    fn varyings(&mut self, piece: &Piece, history: Option<&History>) -> Option<&[A::Value; 3]> {
+    fn outline(&self, piece: &Piece) -> Outline {
+        self.geometry.outline(piece)
+    }
+
+    #[inline(always)]
+    fn fetch(&mut self, piece: &Piece, history: Option<&History>) -> Option<()> {
         let [i, j, k] = piece.vertices;
         let varyings = &self.varyings;
         // One by one into the place where they stay.
@@ -668,7 +693,12 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
         if self.fan.is_some() {
             *values = at_corners(piece.setup.order(), piece.identity.provoking, *values, history);
         }
-        Some(values)
+        Some(())
+    }
+
+    #[inline(always)]
+    fn varyings(&self) -> Option<&[A::Value; 3]> {
+        self.values.as_ref()
     }
 }
 

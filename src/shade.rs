@@ -32,7 +32,7 @@ use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::setup::Setup;
 use crate::state::Statistics;
 use crate::target::{Block, Borders, Framebuffer, lend};
-use crate::tiny::{self, Lanes, Tiny, is_tiny};
+use crate::tiny::{self, Lanes, Outline, Tiny};
 use crate::traverse::{LANES, Solver};
 
 /// What a draw's shading works with. The closure reads the colour already there if it `BLENDS`.
@@ -98,6 +98,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     pub(crate) fn draw<V, R>(
         &mut self,
         (setup, covered): (&Setup, u8),
+        outline: impl FnOnce() -> Outline,
         shading: &Shading<'_, V>,
         plane: &DepthPlane,
         packet: &mut Packet<'_, F::Color, F::Depth>,
@@ -116,8 +117,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 return;
             }
             Work::Tiny(patch, len)
-        } else if is_tiny(setup) {
-            let tiny = Tiny::new(setup, self.target_area, self.render_area);
+        } else if let Outline { bounds, is_tiny: true } = outline() {
+            let tiny = Tiny::new(setup, bounds, self.target_area, self.render_area);
             if tiny.is_empty() {
                 return;
             }

@@ -41,10 +41,27 @@ const _: () = assert!(8 % ROWS == 0, "words begin where these rows do");
 /// Some of the lanes of narrow windows: a byte for each row, eight rows a word.
 pub(crate) type NarrowLanes = [u64; 2];
 
+/// The largest extent of a tiny triangle, in subpixels.
+pub(crate) const EXTENT: u32 = (SIDE << 8) as u32;
+
 /// Whether a triangle's fragments start from their own edge functions, and not from those at an anchor.
 #[inline(always)]
 pub(crate) fn is_tiny(setup: &Setup) -> bool {
-    setup.extent() <= (SIDE << 8) as u32
+    setup.extent() <= EXTENT
+}
+
+/// Where a triangle lies: the [`borders`](Setup::borders) of its bounds, and whether it [is tiny](is_tiny).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Outline {
+    pub(crate) bounds: Borders,
+    pub(crate) is_tiny: bool,
+}
+
+impl Outline {
+    #[inline(always)]
+    pub(crate) fn new(setup: &Setup) -> Self {
+        Self { bounds: setup.borders(), is_tiny: is_tiny(setup) }
+    }
 }
 
 /// The edge functions that a row's samples start from: of a wide window (12 or 16 lanes) those at the leftmost sample of the
@@ -83,10 +100,9 @@ pub(crate) struct Tiny {
 }
 
 impl Tiny {
-    /// A tiny triangle's windows in a framebuffer that has `target`, of which `area` may be drawn to.
+    /// A tiny triangle's windows, which has these bounds, in a framebuffer that has `target`, of which `area` may be drawn to.
     #[inline(always)]
-    pub(crate) fn new(setup: &Setup, target: Borders, area: Borders) -> Self {
-        let bounds = setup.borders();
+    pub(crate) fn new(setup: &Setup, bounds: Borders, target: Borders, area: Borders) -> Self {
         let drawn = bounds.intersection(area);
         let (y, rows) = (drawn.top, drawn.bottom - drawn.top);
         let lanes = match bounds.right - bounds.left {
@@ -353,7 +369,7 @@ mod tests {
             let areas = [(-60, 60), (-60, 63), (1, 2)].map(|(x, width)| Rect { x, y: -11, width, height: 9 });
             for (frame, area) in frames.into_iter().flat_map(|frame| areas.map(|area| (frame, area))) {
                 let area = frame.intersection(area);
-                let tiny = Tiny::new(&setup, frame.borders(), area.borders());
+                let tiny = Tiny::new(&setup, setup.borders(), frame.borders(), area.borders());
                 let found = match tiny.lanes {
                     4 => samples::<4>(&setup, &tiny, &plane),
                     8 => samples::<8>(&setup, &tiny, &plane),
