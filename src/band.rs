@@ -98,12 +98,6 @@ impl Band {
         DepthRow { plane, y: self.y + row as i32, z, anchor }
     }
 
-    /// How many samples of a row are covered.
-    #[inline(always)]
-    pub(crate) fn len(&self, row: usize) -> usize {
-        (self.end[row] - self.start[row]).max(0) as usize
-    }
-
     /// What weights are made of at a row's anchor.
     #[inline(always)]
     pub(crate) fn base(&self, row: usize) -> WeightParts {

@@ -633,23 +633,27 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         at: &mut Progress,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> usize {
-        let (first, mut filled) = (at.row, 0);
-        while at.row < band.count.min(LANES) {
-            let (row, len) = (at.row, band.len(at.row));
+        let (first, count, mut row, mut filled) = (at.row, band.count.min(LANES), at.row, 0);
+        while row < count {
+            // Of a row beside the area, this may be less than nothing.
+            let len = band.end[row] - band.start[row];
             if len > 0 {
+                let len = len as usize;
                 if len > NARROW || !self.expects_all {
                     break;
                 }
-                let room = len.next_multiple_of(WINDOW);
+                // Said like this, LLVM sees how many windows there are at most, and makes no loop of them.
+                let room = (len + WINDOW - 1) & !(WINDOW - 1);
                 let Some(gathered) = self.gather_row(triangle, band, row, room, filled, packet) else {
                     break;
                 };
                 filled += gathered;
             }
             at.ends[row] = filled;
-            at.row += 1;
+            row += 1;
         }
-        at.gathered = if filled > 0 { first..at.row } else { 0..0 };
+        at.row = row;
+        at.gathered = if filled > 0 { first..row } else { 0..0 };
         filled
     }
 
@@ -817,7 +821,8 @@ fn write_windows<C: Copy, D: Copy, const N: usize>(
     }
     let colors = to_colors.chunks_exact_mut(N).zip(colors.chunks_exact(N));
     let depths = to_depths.chunks_exact_mut(N).zip(depths.chunks_exact(N));
-    for ((to_colors, colors), (to_depths, depths)) in colors.zip(depths) {
+    for ((to_colors, colors), (to_depths, depths)) in colors.zip(depths).take(NARROW / WINDOW) {
+        // (No row has more. Where that is known, LLVM makes no loop of them.)
         to_colors.copy_from_slice(colors);
         if writes_depth {
             to_depths.copy_from_slice(depths);
