@@ -15,7 +15,6 @@ use crate::depth::{DepthBias, DepthFormat, DepthTest, passes};
 use crate::plane::nearest;
 use crate::project::ProjectedVertex;
 use crate::queue::Queue;
-use crate::setup::sample_bounds;
 use crate::target::{Borders, Framebuffer, lend};
 use crate::triple::each;
 
@@ -93,14 +92,17 @@ impl<T: DepthTest> Glance<T> {
         self.in_vain = self.in_vain.min(IN_VAIN - 1);
     }
 
-    /// Looks at the triangle with these corners.
+    /// Looks at the triangle with these corners and bounds.
     #[inline(always)]
-    pub(crate) fn look<F: Framebuffer>(&mut self, target: &mut F, corners: [ProjectedVertex; 3]) -> Sight {
+    pub(crate) fn look<F: Framebuffer>(
+        &mut self,
+        target: &mut F,
+        corners: [ProjectedVertex; 3],
+        bounds: Borders,
+    ) -> Sight {
         if self.in_vain >= IN_VAIN || !F::Depth::IS_STORED {
             return Sight::Enough;
         }
-        let [a, b, c] = corners;
-        let bounds = sample_bounds(a, b, c);
         let is_small = (bounds.right - bounds.left).max(bounds.bottom - bounds.top) <= SIDE;
         let z = nearest(each(corners, |corner| corner.depth()), self.is_less, self.depth_limits);
         if is_small && self.all_are_nearer(target, bounds, z) {
@@ -174,6 +176,7 @@ mod tests {
     use crate::primitive::Primitives;
     use crate::rasterizer::Rasterizer;
     use crate::setup::Setup;
+    use crate::setup::sample_bounds;
     use crate::target::{Absent, Rect, Surface};
     use crate::viewport::Viewport;
     use std::vec::Vec;
@@ -296,7 +299,7 @@ mod tests {
                             Surface::with_planes(Absent::default(), depths, area, stride).expect("it fits");
                         let mut glance =
                             Glance::new(areas, Less, None, (0.0, 1.0)).expect("it has a direction");
-                        glance.look(&mut target, setup.corners()) == Sight::Behind
+                        glance.look(&mut target, setup.corners(), setup.borders()) == Sight::Behind
                     };
                     // A framebuffer narrower than a window cannot tell, and larger triangles are not looked at.
                     assert!(
@@ -347,7 +350,8 @@ mod tests {
             Glance::new((area.borders(), area.borders()), Less, None, (0.0, 1.0)).expect("so it is");
         let mut look = |glance: &mut Glance<Less>, x: i32, y: i32| {
             let vertex = |x, y| ProjectedVertex::new(x * 256, y * 256, 0.5, 1.0).expect("in range");
-            glance.look(&mut target, [vertex(x, y), vertex(x, y + 5), vertex(x + 5, y)])
+            let corners @ [a, b, c] = [vertex(x, y), vertex(x, y + 5), vertex(x + 5, y)];
+            glance.look(&mut target, corners, sample_bounds(a, b, c))
         };
         glance.begin();
         let (hidden, seen) = ((3, 3), (3, 25));

@@ -132,6 +132,12 @@ impl PixelBorders {
     }
 }
 
+/// Those of one triangle of a [batch](Batch::borders).
+#[inline(always)]
+fn borders_of([left, top, right, bottom]: &[[i32; BATCH]; 4], lane: usize) -> Borders {
+    Borders { left: left[lane], top: top[lane], right: right[lane], bottom: bottom[lane] }
+}
+
 /// The corners of a triangle that is one point. (A call: so LLVM leaves the way to it as a branch that is never taken, instead of
 /// choosing between each vertex and none.)
 #[cold]
@@ -518,14 +524,17 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
 
     /// Leaves out triangles of the batch, none of which was drawn yet, that are behind what is there: see [`keep_seen`].
     #[inline(always)]
-    pub(crate) fn leave_out(&mut self, mut look: impl FnMut([ProjectedVertex; 3]) -> Sight) {
-        let Batch { triangles, verdicts, queue, .. } = &mut self.batch;
+    pub(crate) fn leave_out(&mut self, mut look: impl FnMut([ProjectedVertex; 3], Borders) -> Sight) {
+        let Batch { triangles, verdicts, borders, queue, .. } = &mut self.batch;
         keep_seen(queue, |lane| {
             let lane = lane & (BATCH - 1);
             if verdicts[lane] & verdict::UNDECIDED != 0 {
                 return Sight::Unknown;
             }
-            look(self.vertices.corners(triangles.in_order(lane, &[0, 1, 2])))
+            let corners @ [a, b, c] = self.vertices.corners(triangles.in_order(lane, &[0, 1, 2]));
+            let bounds =
+                if Self::KNOWS_OUTLINES { borders_of(borders, lane) } else { sample_bounds(a, b, c) };
+            look(corners, bounds)
         });
     }
 
@@ -569,9 +578,8 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         if !Self::KNOWS_OUTLINES {
             return Outline::new(&piece.setup);
         }
-        let (lane, [left, top, right, bottom]) = (self.lane & (BATCH - 1), &self.batch.borders);
-        let bounds = Borders { left: left[lane], top: top[lane], right: right[lane], bottom: bottom[lane] };
-        Outline { bounds, is_tiny: self.batch.verdicts[lane] & verdict::TINY != 0 }
+        let (Batch { verdicts, borders, .. }, lane) = (&self.batch, self.lane & (BATCH - 1));
+        Outline { bounds: borders_of(borders, lane), is_tiny: verdicts[lane] & verdict::TINY != 0 }
     }
 
     /// Finds out where the piece of a clipped triangle lies that was put aside.

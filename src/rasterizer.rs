@@ -415,7 +415,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         while geometry.refill() {
             if let Some(glance) = &mut glance {
                 glance.begin();
-                geometry.leave_out(|corners| glance.look(pass.target, corners));
+                geometry.leave_out(|corners, bounds| glance.look(pass.target, corners, bounds));
             }
             if let Some(bounds) = geometry.neighbourhood() {
                 ahead::fetch::<_, false>(pass.target, bounds);
@@ -566,7 +566,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         while source.refill() {
             if let Some(glance) = &mut glance {
                 glance.begin();
-                source.leave_out(|corners| glance.look(shader.target, corners));
+                source.leave_out(|corners, bounds| glance.look(shader.target, corners, bounds));
             }
             if let Some(bounds) = source.neighbourhood() {
                 ahead::fetch::<_, true>(shader.target, bounds);
@@ -602,7 +602,7 @@ pub(crate) trait Source<V> {
     fn refill(&mut self) -> bool;
 
     /// Leaves out those of them, none of which was drawn yet, that are behind what is there: see [`keep_seen`](crate::behind::keep_seen).
-    fn leave_out(&mut self, look: impl FnMut([ProjectedVertex; 3]) -> Sight);
+    fn leave_out(&mut self, look: impl FnMut([ProjectedVertex; 3], Borders) -> Sight);
 
     /// About where they lie, if it is worth fetching their pixels together.
     fn neighbourhood(&self) -> Option<Borders>;
@@ -652,7 +652,7 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
     }
 
     #[inline(always)]
-    fn leave_out(&mut self, look: impl FnMut([ProjectedVertex; 3]) -> Sight) {
+    fn leave_out(&mut self, look: impl FnMut([ProjectedVertex; 3], Borders) -> Sight) {
         self.geometry.leave_out(look);
     }
 
