@@ -175,8 +175,7 @@ mod tests {
     use crate::depth::{Always, CompareOp, DepthState, Equal, Greater, GreaterOrEqual, Less, LessOrEqual};
     use crate::primitive::Primitives;
     use crate::rasterizer::Rasterizer;
-    use crate::setup::Setup;
-    use crate::setup::sample_bounds;
+    use crate::setup::{Setup, sample_bounds};
     use crate::target::{Absent, Rect, Surface};
     use crate::viewport::Viewport;
     use std::vec::Vec;

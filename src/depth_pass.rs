@@ -35,7 +35,8 @@ struct Passed {
 }
 
 impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
-    /// Draws a triangle, of which these samples are [`covered`](crate::fan::Piece). Gives how many fragments passed.
+    /// Draws a triangle, of which these samples are [`covered`](crate::fan::Piece), or which lies within this outline. Gives how many
+    /// fragments passed.
     #[inline(always)]
     pub(crate) fn draw(
         &mut self,

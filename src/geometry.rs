@@ -132,7 +132,7 @@ impl PixelBorders {
     }
 }
 
-/// Those of one triangle of a [batch](Batch::borders).
+/// The borders of one triangle's bounds, from a [batch's](Batch::borders).
 #[inline(always)]
 fn borders_of([left, top, right, bottom]: &[[i32; BATCH]; 4], lane: usize) -> Borders {
     Borders { left: left[lane], top: top[lane], right: right[lane], bottom: bottom[lane] }
@@ -157,7 +157,8 @@ struct Batch<'a, I> {
     x: [[f32; BATCH]; 3],
     y: [[f32; BATCH]; 3],
     verdicts: [u32; BATCH],
-    /// Left, top, right and bottom of the bounds of those that may be seen, if [outlines](Geometry::KNOWS_OUTLINES) are known.
+    /// Left, top, right and bottom of their bounds, if [outlines](Geometry::KNOWS_OUTLINES) are known; of a clipped triangle, of
+    /// the piece that came last.
     borders: [[i32; BATCH]; 4],
     /// Which of them may be seen, and were not drawn or left out yet.
     queue: Queue,
@@ -219,7 +220,7 @@ impl<I: Index> Batch<'_, I> {
 /// ```text
 ///   bits 0–2   ORDER      a place in ORDERS, by which its vertices come into canonical order
 ///   bit 4      UNDECIDED  it has to be clipped, or its area is zero in f32: look closer
-///   bit 5      TINY       Outline::is_tiny
+///   bit 5      TINY       Outline::is_tiny; of a clipped triangle, of the piece that came last
 ///   bits 8–11             Piece::covered, the samples that it covers, or 0 if that is not known
 ///   bit 31     DROPPED    it is not drawn: a sign, as a Queue needs it
 /// ```
@@ -285,7 +286,8 @@ pub(crate) struct Geometry<'a, I, P> {
 
 impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// Whether the sieve finds out where triangles lie, which then need not be worked out when they are drawn, where the first
-    /// branches wait for it. Not where it does not work; nor of positions that may be others when asked again.
+    /// branches wait for it. Not where there is no SIMD, and so no sieve; nor of positions that are computed when asked for: they may
+    /// be others then, and the bounds must be those of what is drawn.
     const KNOWS_OUTLINES: bool = HAS_FLOAT_LANES && P::ARE_PROJECTED;
 
     /// (A call: what it gives is large, and is made where it will stay. Inlined, it changes the loops behind it, for the worse.)
@@ -454,7 +456,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 let Borders { left: l, top: t, right: r, bottom: b } = bounds.borders();
                 (left[i], top[i], right[i], bottom[i]) = (l, t, r, b);
                 let extent = max(extent([ax, bx, cx]), extent([ay, by, cy]));
-                verdicts[i] |= if extent <= tiny::EXTENT as f32 { verdict::TINY } else { 0 };
+                verdicts[i] |= if extent <= tiny::LARGEST as f32 { verdict::TINY } else { 0 };
             }
             let is_seen = (max(bounds.left, area.left) < min(bounds.right, area.right))
                 & (max(bounds.top, area.top) < min(bounds.bottom, area.bottom));
@@ -572,14 +574,17 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         }
     }
 
-    /// Where the piece that came last lies, unless it is known which samples it covers.
+    /// Where the piece lies, which has to be the one that came last.
     #[inline(always)]
     pub(crate) fn outline(&self, piece: &Piece) -> Outline {
         if !Self::KNOWS_OUTLINES {
             return Outline::new(&piece.setup);
         }
         let (Batch { verdicts, borders, .. }, lane) = (&self.batch, self.lane & (BATCH - 1));
-        Outline { bounds: borders_of(borders, lane), is_tiny: verdicts[lane] & verdict::TINY != 0 }
+        let outline =
+            Outline { bounds: borders_of(borders, lane), is_tiny: verdicts[lane] & verdict::TINY != 0 };
+        debug_assert_eq!(outline, Outline::new(&piece.setup), "of another piece");
+        outline
     }
 
     /// Finds out where the piece of a clipped triangle lies that was put aside.
@@ -618,7 +623,9 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         while let Some(piece) = fan.as_mut().and_then(|fan| fan.next(&self.vertices.projector)) {
             if self.may_cover(piece.setup.corners()) {
                 self.aside = piece;
-                self.outline_aside();
+                if Self::KNOWS_OUTLINES {
+                    self.outline_aside();
+                }
                 return true;
             }
         }

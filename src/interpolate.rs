@@ -15,7 +15,8 @@ use glam::{Vec2, Vec3, Vec3A, Vec4};
 
 /// What a fragment knows of its place in the triangle: the weights to interpolate with.
 ///
-/// Only what is used is computed: after inlining, weights that no value asks for leave no instruction behind.
+/// Only what is used is computed: after inlining, weights that no value asks for leave no instruction behind. For a derivative it
+/// holds how the weights change, and [`smooth`](Self::smooth) gives the change of the mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
     perspective: Share,
@@ -23,7 +24,7 @@ pub struct Weights {
     provoking: u8,
 }
 
-/// What becomes of three values a, b, c.
+/// How three values a, b, c become one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Share {
     /// Their mean c + (a − c) α + (b − c) β, with the first c times the sum of all three weights.
@@ -32,9 +33,9 @@ enum Share {
     /// row, so the compiler computes them once.
     Mean { alpha: f32, beta: f32, sum: f32 },
     /// (a − c) ∂α + (b − c) ∂β: the mean's change, by that of the weights.
-    Change { alpha: f32, beta: f32 },
-    /// (∂n − v ∂s) w: the change of the mean v = n / s, where s is 1/w. All relative to c, of which the change is 0; so large values
-    /// with small differences lose nothing.
+    Change { d_alpha: f32, d_beta: f32 },
+    /// (∂n − v ∂s) w: the change of the mean v = n / s, where s is 1/w, and p and q are weights before the division by s. n and v are
+    /// made of a − c and b − c; so large values with small differences lose nothing.
     Quotient { dp: f32, dq: f32, ds: f32, alpha: f32, beta: f32, w: f32 },
 }
 
@@ -43,7 +44,7 @@ impl Share {
     fn mix<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>>(self, [a, b, c]: [T; 3]) -> T {
         match self {
             Self::Mean { alpha, beta, sum } => c * sum + (a - c) * alpha + (b - c) * beta,
-            Self::Change { alpha, beta } => (a - c) * alpha + (b - c) * beta,
+            Self::Change { d_alpha, d_beta } => (a - c) * d_alpha + (b - c) * d_beta,
             Self::Quotient { dp, dq, ds, alpha, beta, w } => {
                 let (dn, v) = ((a - c) * dp + (b - c) * dq, (a - c) * alpha + (b - c) * beta);
                 (dn - v * ds) * w
@@ -86,7 +87,7 @@ impl Weights {
     ) -> Self {
         Self {
             perspective: Share::Quotient { dp, dq, ds, alpha, beta, w },
-            linear: Share::Change { alpha: linear[0], beta: linear[1] },
+            linear: Share::Change { d_alpha: linear[0], d_beta: linear[1] },
             provoking,
         }
     }
@@ -137,7 +138,7 @@ impl Weights {
 /// struct Surface { normal: Vec3, uv: Vec2, material: Flat<u32> }
 ///
 /// impl Varyings for Surface {
-///     #[inline(always)] // lets a shading loop become SIMD
+///     #[inline(always)] // lets a shading loop become SIMD, and leaves out what only derivatives need
 ///     fn interpolate([a, b, c]: &[Self; 3], weights: &Weights) -> Self {
 ///         Self {
 ///             normal: weights.smooth([a.normal, b.normal, c.normal]),

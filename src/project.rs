@@ -254,8 +254,30 @@ pub(crate) fn is_invalid(outcodes: u8) -> bool {
 /// Where a draw takes its positions from: [`Attributes`] of clip-space `Vec4`, projected when they are needed, or
 /// [`Projected`], which were projected before.
 ///
-/// **Law**: the answers are the same for the whole of a draw.
-pub trait Positions {
+/// The trait is sealed: what was found out about projected vertices is relied on when they are looked up again, so they have to be
+/// the same then, of which no other type could be trusted. To bring positions of one's own, implement [`Attributes`].
+///
+/// ```compile_fail
+/// use halfplane::{ProjectedVertex, glam::Vec4};
+/// struct Mine;
+///
+/// impl halfplane::Positions for Mine {
+///     const ARE_PROJECTED: bool = true;
+///
+///     fn count(&self) -> usize {
+///         0
+///     }
+///
+///     fn clip(&self, _: usize) -> Option<Vec4> {
+///         None
+///     }
+///
+///     fn projected(&self) -> &[ProjectedVertex] {
+///         &[]
+///     }
+/// }
+/// ```
+pub trait Positions: sealed::Sealed {
     /// Whether the vertices were projected before.
     const ARE_PROJECTED: bool;
 
@@ -268,6 +290,12 @@ pub trait Positions {
     /// The vertices on the subpixel grid, if they were put there before; else none.
     fn projected(&self) -> &[ProjectedVertex];
 }
+
+mod sealed {
+    pub trait Sealed {}
+}
+
+impl<A: Attributes<Value = Vec4>> sealed::Sealed for A {}
 
 impl<A: Attributes<Value = Vec4>> Positions for A {
     const ARE_PROJECTED: bool = false;
@@ -302,6 +330,8 @@ impl<A> Projected<'_, A> {
         self.vertices
     }
 }
+
+impl<A: Attributes<Value = Vec4>> sealed::Sealed for Projected<'_, A> {}
 
 impl<A: Attributes<Value = Vec4>> Positions for Projected<'_, A> {
     const ARE_PROJECTED: bool = true;

@@ -613,13 +613,14 @@ pub(crate) trait Source<V> {
     /// How it came about, if it is a piece.
     fn history(&self, piece: &Piece) -> Option<History>;
 
-    /// Where it lies, unless it is known which samples it covers.
+    /// Where it lies; of the piece that came last alone.
     fn outline(&self, piece: &Piece) -> Outline;
 
-    /// Takes in the values at its corners.
+    /// Takes in the values at its corners. `None` if one is not there; then [`varyings`](Self::varyings) must not be asked. (They are
+    /// apart so that `outline` can be asked while the values are borrowed.)
     fn fetch(&mut self, piece: &Piece, history: Option<&History>) -> Option<()>;
 
-    /// The values at the corners of the piece that came last, if they are there.
+    /// The values that were taken in last.
     fn varyings(&self) -> Option<&[V; 3]>;
 }
 

@@ -93,7 +93,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     /// A stretch that is shaded in the framebuffer is not filled up: the pixels behind it are others'.
     const IS_PADDED: bool = cfg!(target_feature = "avx") && !Self::MAY_READ;
 
-    /// Draws a triangle, of which these samples are [`covered`](crate::fan::Piece::covered).
+    /// Draws a triangle, of which these samples are [`covered`](crate::fan::Piece::covered), or which lies within this outline.
     #[inline(always)]
     pub(crate) fn draw<V, R>(
         &mut self,
@@ -635,7 +635,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     ) -> usize {
         let (first, count, mut row, mut filled) = (at.row, band.count.min(LANES), at.row, 0);
         while row < count {
-            // Of a row beside the area, this may be less than nothing.
+            // Negative, perhaps, of a row beside the area.
             let len = band.end[row] - band.start[row];
             if len > 0 {
                 let len = len as usize;
@@ -677,7 +677,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         let run = self.target.run(x, y, room);
         let old = (run.color.get(..room)?, run.depth.get(..room)?);
         if !BLENDS {
-            // Its cache line, which is about to be written, comes while depth is tested.
+            // Its first cache line, which is about to be written, comes while depth is tested.
             if let Some(&color) = old.0.first() {
                 black_box(color);
             }
@@ -797,6 +797,7 @@ fn skip<D: DepthFormat, const PASSING: bool>(
 /// chosen, or copied alone. It comes first; the one before it then writes some of it again.
 #[inline(always)]
 fn write_both<C: Copy, D: Copy>(colors: (&mut [C], &[C]), depths: (&mut [D], &[D]), writes_depth: bool) {
+    debug_assert!(colors.1.len() <= NARROW, "a row of {}", colors.1.len());
     match colors.1.len() {
         8.. => write_windows::<_, _, 8>(colors, depths, writes_depth),
         4.. => write_windows::<_, _, 4>(colors, depths, writes_depth),
@@ -821,8 +822,8 @@ fn write_windows<C: Copy, D: Copy, const N: usize>(
     }
     let colors = to_colors.chunks_exact_mut(N).zip(colors.chunks_exact(N));
     let depths = to_depths.chunks_exact_mut(N).zip(depths.chunks_exact(N));
+    // (No row has more. Where that is known, LLVM makes no loop of them.)
     for ((to_colors, colors), (to_depths, depths)) in colors.zip(depths).take(NARROW / WINDOW) {
-        // (No row has more. Where that is known, LLVM makes no loop of them.)
         to_colors.copy_from_slice(colors);
         if writes_depth {
             to_depths.copy_from_slice(depths);

@@ -42,12 +42,12 @@ const _: () = assert!(8 % ROWS == 0, "words begin where these rows do");
 pub(crate) type NarrowLanes = [u64; 2];
 
 /// The largest extent of a tiny triangle, in subpixels.
-pub(crate) const EXTENT: u32 = (SIDE << 8) as u32;
+pub(crate) const LARGEST: u32 = (SIDE << 8) as u32;
 
 /// Whether a triangle's fragments start from their own edge functions, and not from those at an anchor.
 #[inline(always)]
 pub(crate) fn is_tiny(setup: &Setup) -> bool {
-    setup.extent() <= EXTENT
+    setup.extent() <= LARGEST
 }
 
 /// Where a triangle lies: the [`borders`](Setup::borders) of its bounds, and whether it [is tiny](is_tiny).
@@ -100,7 +100,7 @@ pub(crate) struct Tiny {
 }
 
 impl Tiny {
-    /// A tiny triangle's windows, which has these bounds, in a framebuffer that has `target`, of which `area` may be drawn to.
+    /// The windows of a tiny triangle with these bounds, in a framebuffer that has `target`, of which `area` may be drawn to.
     #[inline(always)]
     pub(crate) fn new(setup: &Setup, bounds: Borders, target: Borders, area: Borders) -> Self {
         let drawn = bounds.intersection(area);
