@@ -132,10 +132,11 @@ impl PixelBorders {
     }
 }
 
-/// The borders of one triangle's bounds, from a [batch's](Batch::borders).
+/// The borders of one triangle's bounds, from a [batch's corners](Batch::corners).
 #[inline(always)]
-fn borders_of([left, top, right, bottom]: &[[i32; BATCH]; 4], lane: usize) -> Borders {
-    Borders { left: left[lane], top: top[lane], right: right[lane], bottom: bottom[lane] }
+fn borders_of([first, last, _]: &[[[i32; 2]; BATCH]; 3], lane: usize) -> Borders {
+    let ([left, top], [right, bottom]) = (first[lane], last[lane]);
+    Borders { left, top, right, bottom }
 }
 
 /// The corners of a triangle that is one point. (A call: so LLVM leaves the way to it as a branch that is never taken, instead of
@@ -152,14 +153,15 @@ struct Batch<'a, I> {
     triangles: Group<'a, I, BATCH>,
     /// x and y of the first vertices, the second and the third ones, in subpixels, side by side as they are fetched. Those of
     /// a vertex outside are no place, and far to the left: see [`ProjectedVertex::xy`].
+    ///
+    /// Once these are split, and if [outlines](Geometry::KNOWS_OUTLINES) are known, the top left and the bottom right corners of
+    /// bounds, in pixels: [`borders_of`]. (In the same place: what a draw keeps is cleared first.) Of a clipped triangle, of the piece
+    /// that came last.
     corners: [[[i32; 2]; BATCH]; 3],
     /// The same numbers as the sieve needs them.
     x: [[f32; BATCH]; 3],
     y: [[f32; BATCH]; 3],
     verdicts: [u32; BATCH],
-    /// Left, top, right and bottom of their bounds, if [outlines](Geometry::KNOWS_OUTLINES) are known; of a clipped triangle, of
-    /// the piece that came last.
-    borders: [[i32; BATCH]; 4],
     /// Which of them may be seen, and were not drawn or left out yet.
     queue: Queue,
     /// How many triangles there are in all.
@@ -180,7 +182,6 @@ impl<I: Index> Batch<'_, I> {
             x: [[0.0; BATCH]; 3],
             y: [[0.0; BATCH]; 3],
             verdicts: [0; BATCH],
-            borders: [[0; BATCH]; 4],
             queue: Queue::EMPTY,
             count: 0,
             primitive,
@@ -445,7 +446,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// they lie. Gives how many of those are minute.
     #[inline(always)]
     fn sift_by_bounds<const LANES: usize>(&mut self) -> u32 {
-        let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, borders: [left, top, right, bottom], .. } =
+        let Batch { x: [ax, bx, cx], y: [ay, by, cy], verdicts, corners: [first, last, _], .. } =
             &mut self.batch;
         let area = PixelBorders::new(self.area);
         let mut minute = 0;
@@ -453,8 +454,8 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             let ([ax, bx, cx], [ay, by, cy]) = ([ax[i], bx[i], cx[i]], [ay[i], by[i], cy[i]]);
             let bounds = PixelBorders::of_triangle([ax, bx, cx], [ay, by, cy]);
             if Self::KNOWS_OUTLINES {
-                let Borders { left: l, top: t, right: r, bottom: b } = bounds.borders();
-                (left[i], top[i], right[i], bottom[i]) = (l, t, r, b);
+                let Borders { left, top, right, bottom } = bounds.borders();
+                (first[i], last[i]) = ([left, top], [right, bottom]);
                 let extent = max(extent([ax, bx, cx]), extent([ay, by, cy]));
                 verdicts[i] |= if extent <= tiny::LARGEST as f32 { verdict::TINY } else { 0 };
             }
@@ -527,15 +528,14 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// Leaves out triangles of the batch, none of which was drawn yet, that are behind what is there: see [`keep_seen`].
     #[inline(always)]
     pub(crate) fn leave_out(&mut self, mut look: impl FnMut([ProjectedVertex; 3], Borders) -> Sight) {
-        let Batch { triangles, verdicts, borders, queue, .. } = &mut self.batch;
+        let Batch { triangles, verdicts, corners: bounds, queue, .. } = &mut self.batch;
         keep_seen(queue, |lane| {
             let lane = lane & (BATCH - 1);
             if verdicts[lane] & verdict::UNDECIDED != 0 {
                 return Sight::Unknown;
             }
             let corners @ [a, b, c] = self.vertices.corners(triangles.in_order(lane, &[0, 1, 2]));
-            let bounds =
-                if Self::KNOWS_OUTLINES { borders_of(borders, lane) } else { sample_bounds(a, b, c) };
+            let bounds = if Self::KNOWS_OUTLINES { borders_of(bounds, lane) } else { sample_bounds(a, b, c) };
             look(corners, bounds)
         });
     }
@@ -580,9 +580,9 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         if !Self::KNOWS_OUTLINES {
             return Outline::new(&piece.setup);
         }
-        let (Batch { verdicts, borders, .. }, lane) = (&self.batch, self.lane & (BATCH - 1));
+        let (Batch { verdicts, corners, .. }, lane) = (&self.batch, self.lane & (BATCH - 1));
         let outline =
-            Outline { bounds: borders_of(borders, lane), is_tiny: verdicts[lane] & verdict::TINY != 0 };
+            Outline { bounds: borders_of(corners, lane), is_tiny: verdicts[lane] & verdict::TINY != 0 };
         debug_assert_eq!(outline, Outline::new(&piece.setup), "of another piece");
         outline
     }
@@ -592,9 +592,8 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[inline(never)]
     fn outline_aside(&mut self) {
         let (lane, Outline { bounds, is_tiny }) = (self.lane & (BATCH - 1), Outline::new(&self.aside.setup));
-        let [left, top, right, bottom] = &mut self.batch.borders;
-        (left[lane], top[lane], right[lane], bottom[lane]) =
-            (bounds.left, bounds.top, bounds.right, bounds.bottom);
+        let [first, last, _] = &mut self.batch.corners;
+        (first[lane], last[lane]) = ([bounds.left, bounds.top], [bounds.right, bounds.bottom]);
         self.batch.verdicts[lane] &= !verdict::TINY;
         self.batch.verdicts[lane] |= if is_tiny { verdict::TINY } else { 0 };
     }
