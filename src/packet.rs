@@ -149,8 +149,9 @@ pub(crate) struct Start {
     pub(crate) z: f32,
 }
 
-/// Rows up to this width share packets.
-pub(crate) const NARROW: usize = 64;
+/// Rows up to this width share packets: as many windows as LLVM makes no loop of. Where a register has four lanes, each window
+/// takes twice the instructions.
+pub(crate) const NARROW: usize = WINDOW * if cfg!(target_feature = "avx") { 8 } else { 5 };
 
 impl<C, D> Packet<'_, C, D> {
     /// Sets one fragment.
