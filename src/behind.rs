@@ -177,6 +177,7 @@ mod tests {
     use crate::rasterizer::Rasterizer;
     use crate::setup::{Setup, sample_bounds};
     use crate::target::{Absent, Rect, Surface};
+    use crate::traverse::HAS_FLOAT_LANES;
     use crate::viewport::Viewport;
     use std::vec::Vec;
 
@@ -322,6 +323,9 @@ mod tests {
 
     #[test]
     fn what_is_behind_is_left_out_until_it_is_enough() {
+        if !HAS_FLOAT_LANES {
+            return; // A queue holds one triangle at most.
+        }
         let keep = |behind: &[usize], enough: usize, len: usize| {
             let mut queue = Queue::below(len);
             keep_seen(&mut queue, |i| match i {
@@ -487,7 +491,7 @@ mod tests {
 
     #[test]
     fn hidden_triangles_are_left_out() {
-        if crate::traverse::HAS_FLOAT_LANES {
+        if HAS_FLOAT_LANES {
             assert_eq!(runs(Less, 200), runs(Less, 0), "none is traversed");
             assert!(runs(Unsaid(Less), 10) > runs(Less, 0) + 100, "all are");
         }

@@ -824,7 +824,7 @@ mod tests {
         let vertices = vertices(30_000);
         for cull_mode in [CullMode::None, CullMode::Back, CullMode::Front] {
             let minute = check_sieve(&vertices, cull_mode);
-            assert!(minute > 100, "many are minute: {minute}");
+            assert!(minute > 100 || !HAS_FLOAT_LANES, "many are minute: {minute}");
             let counts = [1, 2, 7, FEW - 1, FEW, FEW + 1, BATCH - 1, BATCH, BATCH + 1, BATCH + FEW];
             for count in counts.into_iter().filter(|&count| count > 0) {
                 for draw in vertices.chunks(3 * count).take(100) {

@@ -329,6 +329,7 @@ mod tests {
     use crate::plane::DepthPlane;
     use crate::project::ProjectedVertex;
     use crate::target::Rect;
+    use crate::traverse::HAS_FLOAT_LANES;
     use std::vec::Vec;
 
     /// Tiny triangles of all sizes, some as large as can be, with corners on a grid of `step` subpixels.
@@ -381,7 +382,7 @@ mod tests {
                     .filter(|&(x, y)| edges.iter().all(|edge| edge.covers(x, y)))
                     .collect();
                 assert_eq!(found, covered, "{setup:?} in {frame:?}");
-                if tiny.lanes <= NARROW_WINDOW && !tiny.is_empty() {
+                if HAS_FLOAT_LANES && tiny.lanes <= NARROW_WINDOW && !tiny.is_empty() {
                     let lanes = if tiny.lanes == 4 { tiny.covered::<4>() } else { tiny.covered::<8>() };
                     let is_covered = |lane: &usize| lanes[lane / 64] >> (lane % 64) & 1 == 1;
                     let found: Vec<_> = (0..128)
