@@ -107,6 +107,9 @@ fn product(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 }
 
 impl WeightParts {
+    /// Where nobody asks.
+    pub(crate) const ZERO: Self = Self { p: 0.0, q: 0.0, sum: 0.0, l: 0.0, m: 0.0 };
+
     /// `dx` columns right of here.
     #[inline(always)]
     pub(crate) fn moved(self, step: Self, dx: f32) -> Self {
@@ -219,13 +222,14 @@ impl<'a, V: Varyings> Shading<'a, V> {
     /// The change of what weights are made of by a pixel to the right.
     #[inline(always)]
     pub(crate) fn step_x(&self) -> WeightParts {
-        self.scales.parts(self.step(0))
+        self.scales.parts(self.step(|[a, _]| a))
     }
 
-    /// Change of each edge function by a pixel right, or down. (Where nobody asks for it, it is not worked out.)
+    /// Change of each edge function by a pixel right, or down, of whose slopes that takes these. (Where nobody asks for it, it
+    /// is not worked out.)
     #[inline(always)]
-    fn step(&self, axis: usize) -> [f32; 3] {
-        each(EdgeFunction::of_corners(self.corners), |edge| edge.slope()[axis] as f32 * 256.0)
+    fn step(&self, along: impl Fn([i32; 2]) -> i32) -> [f32; 3] {
+        each(EdgeFunction::of_corners(self.corners), |edge| along(edge.slope()) as f32 * 256.0)
     }
 }
 
@@ -359,14 +363,14 @@ impl<V: Varyings> Fragment<'_, V> {
     #[inline(always)]
     #[must_use]
     pub fn varyings_dx(&self) -> V {
-        self.derivative(self.triangle.step(0))
+        self.derivative(self.triangle.step(|[a, _]| a))
     }
 
     /// The value's change downwards, a pixel: ∂/∂y. See [`varyings_dx`](Self::varyings_dx).
     #[inline(always)]
     #[must_use]
     pub fn varyings_dy(&self) -> V {
-        self.derivative(self.triangle.step(1))
+        self.derivative(self.triangle.step(|[_, b]| b))
     }
 
     /// By the second form: n and s change by the same from pixel to pixel, all over the triangle.

@@ -31,7 +31,7 @@ impl DepthPlane {
         let more = [(p - r) * inv_area2, (q - r) * inv_area2];
         let mut z = r;
         if let Some(bias) = bias {
-            let (dx, dy) = (step(setup, more, 0).abs(), step(setup, more, 1).abs());
+            let (dx, dy) = (step(setup, more, |[a, _]| a).abs(), step(setup, more, |[_, b]| b).abs());
             let larger = |a: f32, b: f32| if a > b { a } else { b };
             z += bias.of(larger(dx, dy), D::resolution(larger(larger(p, q), r)));
             // A bias may be infinite or no number. Without this, so would be depths, which not all SIMD clamps alike.
@@ -63,7 +63,7 @@ impl DepthPlane {
     /// Change by a pixel to the right. Only triangles that are drawn in rows need it.
     #[inline(always)]
     pub(crate) fn step_x(&self, setup: &Setup) -> f32 {
-        step(setup, self.more, 0)
+        step(setup, self.more, |[a, _]| a)
     }
 
     /// The same for four samples at a time.
@@ -137,11 +137,12 @@ impl LanePlane {
     }
 }
 
-/// Change of depth by a pixel to the right, or down, of a triangle where it changes by this with edges 0 and 1.
+/// Change of depth by a pixel to the right, or down, of a triangle where it changes by this with edges 0 and 1. (An axis by
+/// its number would be an index, and might panic: not all opt-levels see that it does not.)
 #[inline(always)]
-fn step(setup: &Setup, more: [f32; 2], axis: usize) -> f32 {
-    let [edge_0, edge_1, _] = each(setup.edges(), |edge| edge.slope());
-    edge_0[axis] as f32 * 256.0 * more[0] + edge_1[axis] as f32 * 256.0 * more[1]
+fn step(setup: &Setup, more: [f32; 2], along: impl Fn([i32; 2]) -> i32) -> f32 {
+    let [e0, e1, _] = each(setup.edges(), |edge| along(edge.slope()) as f32 * 256.0);
+    e0 * more[0] + e1 * more[1]
 }
 
 /// The depth of a triangle that is drawn in rows.
@@ -162,6 +163,12 @@ impl<'a> RowPlane<'a> {
     #[inline(always)]
     pub(crate) fn at_edges(self, e0: f32, e1: f32) -> f32 {
         self.plane.at_edges(e0, e1)
+    }
+
+    /// At a sample where the edge functions are these, inside the depth range.
+    #[inline(always)]
+    pub(crate) fn at_sample(self, edges: [f32; 3]) -> f32 {
+        self.plane.at_sample(edges)
     }
 
     /// Change by a pixel to the right.

@@ -35,6 +35,12 @@ const COMPACT: i32 = 1023;
 pub(crate) const HAS_FLOAT_LANES: bool =
     cfg!(any(target_arch = "x86_64", target_arch = "x86", target_arch = "aarch64", target_arch = "wasm32"));
 
+/// Whether a processor has instructions for floats at all, and does not emulate them.
+pub(crate) const HAS_FPU: bool = cfg!(not(any(
+    all(target_arch = "arm", not(target_abi = "eabihf")),
+    all(any(target_arch = "riscv32", target_arch = "riscv64"), not(target_feature = "f")),
+)));
+
 /// The samples that a triangle covers on one row of an area.
 ///
 /// The edge functions are known exactly at one of the samples that the triangle covers on this row, whether it lies in
