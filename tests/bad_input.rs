@@ -4,7 +4,7 @@ mod common;
 
 use core::cell::Cell;
 
-use common::{Frame, Mixed, Nowhere, Random, Record, config, effort, mixed, records_of};
+use common::{Frame, HAS_SIMD, Mixed, Nowhere, Random, Record, config, effort, mixed, records_of};
 use glam::Vec4;
 use halfplane::{
     Absent, Attribute, Attributes, Block, ClipDepth, Computed, CullMode, Depth24, DepthBias, DepthClip,
@@ -932,10 +932,6 @@ fn no_pixel_outside_of_the_framebuffer_is_asked_for() {
     }
 }
 
-/// Whether positions are looked up when triangles are sifted, and again when they are drawn: where there is SIMD.
-const ASKS_TWICE: bool =
-    cfg!(any(target_arch = "x86_64", target_arch = "x86", target_arch = "aarch64", target_arch = "wasm32"));
-
 #[test]
 fn positions_that_change_are_not_drawn_outside_of_the_framebuffer() {
     let frame = Frame::new(64, 64);
@@ -956,7 +952,7 @@ fn positions_that_change_are_not_drawn_outside_of_the_framebuffer() {
             if asked.get() <= small.len() { small[i] } else { Vec4::new(x * scale, y * scale, z, w) }
         });
         let drawn = rasterizer.draw(&mut Strict::new(lends_blocks), Primitives::list(), &changing, (), |_| 1);
-        assert!(drawn.is_ok() && (asked.get() > small.len() || !ASKS_TWICE), "asked twice: {scale}");
+        assert!(drawn.is_ok() && (asked.get() > small.len() || !HAS_SIMD), "asked twice: {scale}");
         asked.set(0);
         let drawn = rasterizer.draw_depth(&mut Strict::new(lends_blocks), Primitives::list(), changing);
         assert!(drawn.is_ok(), "{scale}");
@@ -971,7 +967,7 @@ fn positions_that_change_are_not_drawn_outside_of_the_framebuffer() {
             }
         });
         let drawn = rasterizer.draw(&mut Strict::new(lends_blocks), Primitives::list(), &leaving, (), |_| 1);
-        assert!(drawn.is_ok() && (asked.get() > small.len() || !ASKS_TWICE), "asked twice: {scale}");
+        assert!(drawn.is_ok() && (asked.get() > small.len() || !HAS_SIMD), "asked twice: {scale}");
         asked.set(0);
         let drawn = rasterizer.draw_depth(&mut Strict::new(lends_blocks), Primitives::list(), leaving);
         assert!(drawn.is_ok(), "{scale}");

@@ -6,7 +6,7 @@ mod common;
 use core::cell::Cell;
 use core::fmt::Debug;
 
-use common::{Frame, Random, config};
+use common::{Frame, HAS_SIMD, Random, config};
 use glam::Vec4;
 use halfplane::{
     CoarseDepth, CompareOp, DepthBias, DepthFormat, DepthState, DepthTest, Fragment, Framebuffer, Less,
@@ -189,8 +189,10 @@ impl<F: Framebuffer> Framebuffer for Counting<'_, F> {
 }
 
 #[test]
-#[cfg(any(target_arch = "x86_64", target_arch = "x86", target_arch = "aarch64", target_arch = "wasm32"))]
 fn what_is_hidden_is_not_read() {
+    if !HAS_SIMD {
+        return;
+    }
     let frame = Frame::new(1000, 20);
     // The last segment of a row is a narrow one; the frame begins left of the origin.
     let area = Rect { x: -500, y: 0, width: 1000, height: 20 };
@@ -274,7 +276,7 @@ fn what_is_not_lent_is_not_learnt() {
     let rasterizer = Rasterizer::<()>::new(frame.viewport());
     rasterizer.draw(&mut target, Primitives::list(), &all, (), |_| 1u32).expect("legal");
     assert!(are_true(frame, &depth, &bounds, DepthState::default()), "{depth:?} {bounds:?}");
-    assert_eq!(depth[63], 1.0, "the run from the second pixel on is not lent");
+    assert!(depth[63] == 1.0 || !HAS_SIMD, "the run from the second pixel on is not lent");
 }
 
 #[test]

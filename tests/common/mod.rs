@@ -12,6 +12,11 @@ use halfplane::{
 };
 use proptest::test_runner::{Config, RngSeed};
 
+/// Whether the target has SIMD. Only there are triangles sifted before they are drawn, and hidden ones left out by coarse depth;
+/// elsewhere they are drawn one fragment after the other, and look the same.
+pub(crate) const HAS_SIMD: bool =
+    cfg!(any(target_arch = "x86_64", target_arch = "x86", target_arch = "aarch64", target_arch = "wasm32"));
+
 /// A frame with (0, 0) as its top left pixel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
