@@ -17,7 +17,7 @@ use crate::triple::each;
 pub(crate) struct Piece {
     pub(crate) setup: Setup,
     /// The caller's vertices: of a whole triangle in canonical order, of a clipped one as the caller named them;
-    /// of a record, nothing.
+    /// of a record, where it stands in the batch.
     pub(crate) vertices: [usize; 3],
     pub(crate) identity: Identity,
     /// Which piece of a [`Fan`] it is: corners 0, this and the next one. Zero for a whole triangle.
@@ -138,13 +138,9 @@ pub(crate) fn at_corners<V: Varyings>(
     order: [u8; 3],
     provoking: u8,
     values: [V; 3],
-    history: Option<&History>,
+    history: &History,
 ) -> [V; 3] {
-    let values = match history {
-        Some(history) => history.interpolate(&values, provoking),
-        None => values,
-    };
-    reorder(values, order)
+    reorder(history.interpolate(&values, provoking), order)
 }
 
 /// What clipping leaves of a triangle, as a fan of triangles.

@@ -100,6 +100,7 @@ mod queue;
 mod geometry;
 mod ahead;
 mod behind;
+mod upcoming;
 mod packet;
 mod band;
 mod shade;

@@ -277,8 +277,11 @@ struct Records<'r, R, V> {
     /// Some that may touch the area, in order, and which of them were not drawn or left out yet.
     batch: [Option<&'r Record<V>>; BATCH],
     queue: Queue,
-    /// The one that came last.
+    /// Where the one that came last stands.
+    place: usize,
+    /// The one that is drawn, and whether a piece of it is.
     record: Option<&'r Record<V>>,
+    is_piece: bool,
     projector: Projector,
     /// The render area.
     area: Borders,
@@ -327,15 +330,15 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
                 };
                 let [a, b, c] = piece.setup.corners();
                 if sample_bounds(a, b, c).overlaps(self.area) {
-                    return Some(piece);
+                    return Some(Piece { vertices: [self.place; 3], ..piece });
                 }
                 continue;
             }
-            let record = (*self.batch.get(self.queue.pop()?)?)?;
-            self.record = Some(record);
+            self.place = self.queue.pop()?;
+            let record = (*self.batch.get(self.place)?)?;
             if let Some(setup) = record.setup() {
                 let identity = record.identity();
-                return Some(Piece { setup, vertices: [0; 3], identity, in_fan: 0, covered: 0 });
+                return Some(Piece { setup, vertices: [self.place; 3], identity, in_fan: 0, covered: 0 });
             }
             self.fan = Some(record.fan(&self.projector));
         }
@@ -353,8 +356,11 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
 
     #[inline(always)]
     fn fetch(&mut self, piece: &Piece, history: Option<&History>) -> Option<()> {
-        if self.fan.is_some() {
-            let values = self.record?.varyings;
+        let record = (*self.batch.get(piece.vertices[0])?)?;
+        self.record = Some(record);
+        self.is_piece = history.is_some();
+        if let Some(history) = history {
+            let values = record.varyings;
             self.values = Some(at_corners(piece.setup.order(), piece.identity.provoking, values, history));
         }
         Some(())
@@ -362,7 +368,7 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
 
     #[inline(always)]
     fn varyings(&self) -> Option<&[V; 3]> {
-        if self.fan.is_some() { self.values.as_ref() } else { self.record.map(|record| &record.varyings) }
+        if self.is_piece { self.values.as_ref() } else { self.record.map(|record| &record.varyings) }
     }
 }
 
@@ -514,7 +520,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             records,
             batch: [None; BATCH],
             queue: Queue::EMPTY,
+            place: 0,
             record: None,
+            is_piece: false,
             projector,
             area,
             fan: None,

@@ -27,6 +27,7 @@ use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Borders, DOMAIN, Framebuffer, Rect};
 use crate::tiny::Outline;
 use crate::traverse::HAS_FLOAT_LANES;
+use crate::upcoming::{Known, LOOKS_AHEAD, Turns};
 use crate::vertex::Attributes;
 use crate::viewport::{ClipDepth, Viewport};
 
@@ -563,6 +564,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             coarse,
             places: &mut Places::new(),
         };
+        let mut turns = Turns::new();
         while source.refill() {
             if let Some(glance) = &mut glance {
                 glance.begin();
@@ -571,28 +573,58 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             if let Some(bounds) = source.neighbourhood() {
                 ahead::fetch::<_, true>(shader.target, bounds);
             }
-            while let Some(piece) = source.next() {
-                let history = source.history(&piece);
-                if source.fetch(&piece, history.as_ref()).is_none() {
-                    continue;
+            let state = (bias, limits);
+            if LOOKS_AHEAD {
+                loop {
+                    let found = source.next();
+                    if let Some(piece) = &found {
+                        let areas = (target_area, render_area);
+                        turns.next().set(piece, || source.history(piece), || source.outline(piece), areas);
+                    }
+                    if turns.pass(found.is_some()) {
+                        let upcoming = turns.this();
+                        let this = (&upcoming.piece, upcoming.history(), Some(&upcoming.known));
+                        draw_piece(&mut shader, source, this, state, &mut packet, &mut statistics);
+                    } else if found.is_none() {
+                        break;
+                    }
                 }
-                let Some(varyings) = source.varyings() else { continue };
-                let pedigree = history.as_ref().map(History::pedigree);
-                let Piece { setup, identity, covered, .. } = piece;
-                let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
-                let plane = DepthPlane::new::<F::Depth>(&setup, bias, limits);
-                shader.draw(
-                    (&setup, covered),
-                    || source.outline(&piece),
-                    &shading,
-                    &plane,
-                    &mut packet,
-                    &mut statistics,
-                );
+            } else {
+                while let Some(piece) = source.next() {
+                    let history = source.history(&piece);
+                    let this = (&piece, history.as_ref(), None);
+                    draw_piece(&mut shader, source, this, state, &mut packet, &mut statistics);
+                }
             }
         }
         statistics
     }
+}
+
+/// Draws a piece that came about like this, and of which this may be known already.
+#[inline(always)]
+fn draw_piece<F, T, S, V, R, const BLENDS: bool>(
+    shader: &mut Shader<'_, F, T, S, BLENDS>,
+    source: &mut impl Source<V>,
+    (piece, history, known): (&Piece, Option<&History>, Option<&Known>),
+    (bias, limits): (Option<DepthBias>, (f32, f32)),
+    packet: &mut Packet<'_, F::Color, F::Depth>,
+    statistics: &mut Statistics,
+) where
+    F: Framebuffer,
+    T: DepthTest,
+    V: Varyings,
+    S: FnMut(Fragment<'_, V>, F::Color) -> R,
+    R: Into<Option<F::Color>>,
+{
+    if source.fetch(piece, history).is_none() {
+        return;
+    }
+    let Some(varyings) = source.varyings() else { return };
+    let pedigree = history.map(History::pedigree);
+    let shading = Shading::new(&piece.setup, varyings, piece.identity, pedigree.as_ref());
+    let plane = DepthPlane::new::<F::Depth>(&piece.setup, bias, limits);
+    shader.draw((piece, known), || source.outline(piece), &shading, &plane, packet, statistics);
 }
 
 /// Where the fragment half of a draw gets triangles from. It asks for one thing after the other: what is returned together
@@ -610,13 +642,13 @@ pub(crate) trait Source<V> {
     /// The next of them, or piece of one.
     fn next(&mut self) -> Option<Piece>;
 
-    /// How it came about, if it is a piece.
+    /// How it came about, if it is a piece of a clipped triangle; of the piece that came last alone.
     fn history(&self, piece: &Piece) -> Option<History>;
 
     /// Where it lies; of the piece that came last alone.
     fn outline(&self, piece: &Piece) -> Outline;
 
-    /// Takes in the values at its corners. `None` if one is not there; then [`varyings`](Self::varyings) must not be asked. (They are
+    /// Takes in the values at the corners of one that came since. `None` if one is not there; then [`varyings`](Self::varyings) must not be asked. (They are
     /// apart so that `outline` can be asked while the values are borrowed.)
     fn fetch(&mut self, piece: &Piece, history: Option<&History>) -> Option<()>;
 
@@ -691,7 +723,7 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
             }
             none => none.insert([varyings.fetch(i)?, varyings.fetch(j)?, varyings.fetch(k)?]),
         };
-        if self.fan.is_some() {
+        if let Some(history) = history {
             *values = at_corners(piece.setup.order(), piece.identity.provoking, *values, history);
         }
         Some(())

@@ -24,16 +24,17 @@ use core::ops::Range;
 use crate::band::Band;
 use crate::coarse::{Coarse, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
+use crate::fan::Piece;
 use crate::fragment::{Fragment, Shading, WeightParts};
 use crate::interpolate::Varyings;
 use crate::minute::Minute;
 use crate::packet::{NARROW, PACKET, Packet, Places, RAMP, ROW, Start, Triangle, WINDOW, copy, place_of};
 use crate::plane::{DepthPlane, LanePlane, RowPlane};
-use crate::setup::Setup;
 use crate::state::Statistics;
 use crate::target::{Block, Borders, Framebuffer, lend};
-use crate::tiny::{self, Lanes, Outline, Tiny};
+use crate::tiny::{self, Lanes, NarrowLanes, Outline, Tiny};
 use crate::traverse::{LANES, Solver};
+use crate::upcoming::Known;
 
 /// What a draw's shading works with. The closure reads the colour already there if it `BLENDS`.
 #[derive(Debug)]
@@ -93,11 +94,11 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     /// A stretch that is shaded in the framebuffer is not filled up: the pixels behind it are others'.
     const IS_PADDED: bool = cfg!(target_feature = "avx") && !Self::MAY_READ;
 
-    /// Draws a triangle, of which these samples are [`covered`](crate::fan::Piece::covered), or which lies within this outline.
+    /// Draws a piece, of which this is known, or which lies within this outline.
     #[inline(always)]
     pub(crate) fn draw<V, R>(
         &mut self,
-        (setup, covered): (&Setup, u8),
+        (piece, known): (&Piece, Option<&Known>),
         outline: impl FnOnce() -> Outline,
         shading: &Shading<'_, V>,
         plane: &DepthPlane,
@@ -109,27 +110,41 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         R: Into<Option<F::Color>>,
     {
         let triangle = Triangle { shading, plane };
-        let mut work = if covered != 0 {
-            let minute = Minute::new(setup, covered);
+        let Piece { setup, covered, .. } = piece;
+        let mut work = if *covered != 0 {
+            let minute = Minute::new(setup, *covered);
             let patch = Patch { x: minute.x, y: minute.y, block: None };
             let len = self.fill_minute(minute, triangle, packet);
             if len == 0 {
                 return;
             }
             Work::Tiny(patch, len)
-        } else if let Outline { bounds, is_tiny: true } = outline() {
-            let tiny = Tiny::new(setup, bounds, self.target_area, self.render_area);
-            if tiny.is_empty() {
-                return;
-            }
-            let (len, block) = self.fill_tiny(&tiny, triangle, packet);
-            if len == 0 {
-                return;
-            }
-            Work::Tiny(Patch { x: tiny.x, y: tiny.y, block }, len)
         } else {
-            let band = Band::new(setup, triangle, self.render_area);
-            Work::Rows(Solver::new(setup), band, Progress::default())
+            let own;
+            let tiny = match known {
+                Some(known) if known.is_tiny => Some((&known.tiny, Some(known.covered))),
+                Some(_) => None,
+                None => match outline() {
+                    Outline { bounds, is_tiny: true } => {
+                        own = Tiny::new(setup, bounds, self.target_area, self.render_area);
+                        Some((&own, None))
+                    }
+                    _ => None,
+                },
+            };
+            if let Some((tiny, covered)) = tiny {
+                if tiny.is_empty() {
+                    return;
+                }
+                let (len, block) = self.fill_tiny(tiny, covered, triangle, packet);
+                if len == 0 {
+                    return;
+                }
+                Work::Tiny(Patch { x: tiny.x, y: tiny.y, block }, len)
+            } else {
+                let band = Band::new(setup, triangle, self.render_area);
+                Work::Rows(Solver::new(setup), band, Progress::default())
+            }
         };
         loop {
             // What to shade: fragments `begin .. end` of the packet.
@@ -384,6 +399,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
     fn fill_tiny<V: Varyings>(
         &mut self,
         tiny: &Tiny,
+        covered: Option<NarrowLanes>,
         triangle: Triangle<'_, V>,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> (usize, Option<Dimensions>) {
@@ -399,7 +415,11 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let depth = &*depth;
             let read = |place: u32| depth.get(place as usize).copied();
             let places = self.places.narrow.with_stride(stride);
-            let covered = if tiny.lanes > 4 { tiny.covered::<8>() } else { tiny.covered::<4>() };
+            let covered = match covered {
+                Some(covered) => covered,
+                None if tiny.lanes > 4 => tiny.covered::<8>(),
+                None => tiny.covered::<4>(),
+            };
             for (word, lanes) in covered.into_iter().enumerate() {
                 filled = packet.put_lanes::<_, 8, true>(
                     filled,

@@ -100,6 +100,21 @@ pub(crate) struct Tiny {
 }
 
 impl Tiny {
+    /// None at all.
+    pub(crate) const BLANK: Self = Self {
+        x: 0,
+        y: 0,
+        rows: 0,
+        lanes: 4,
+        left: 0,
+        right: 0,
+        dx: 0.0,
+        a: [0.0; 4],
+        b: [0.0; 4],
+        c: [0.0; 4],
+        least: [0.0; 4],
+    };
+
     /// The windows of a tiny triangle with these bounds, in a framebuffer that has `target`, of which `area` may be drawn to.
     #[inline(always)]
     pub(crate) fn new(setup: &Setup, bounds: Borders, target: Borders, area: Borders) -> Self {

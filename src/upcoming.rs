@@ -1,0 +1,119 @@
+//! The piece after the one that is drawn.
+//!
+//! How many samples a tiny triangle covers, and so how often each loop over them runs, no predictor can tell; and it is known only
+//! at the end of a long chain: vertices, corners, edge functions, coverage. A processor that has guessed wrong finds out then,
+//! and all that it did meanwhile is lost. So each piece is set up, and its coverage found out, before the one before it is drawn:
+//! when its own turn comes, these branches need no guess.
+//!
+//! For that, a piece waits in memory, which takes some fifty instructions: more than it gains where a register has four lanes.
+
+use crate::fan::{History, Piece};
+use crate::target::Borders;
+use crate::tiny::{NARROW_WINDOW, NarrowLanes, Outline, Tiny};
+
+/// Whether that is done.
+pub(crate) const LOOKS_AHEAD: bool = cfg!(target_feature = "avx");
+
+/// A piece that waits for its turn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Upcoming {
+    pub(crate) piece: Piece,
+    /// How it came about, if it is a piece of a clipped triangle.
+    history: Option<History>,
+    pub(crate) known: Known,
+}
+
+/// What is known of a piece before anything of it is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    /// Unless it is minute.
+    pub(crate) is_tiny: bool,
+    /// Of a tiny one, its windows.
+    pub(crate) tiny: Tiny,
+    /// Of those, if they are narrow, the covered lanes.
+    pub(crate) covered: NarrowLanes,
+}
+
+/// A piece that is drawn, and one that waits.
+#[derive(Debug)]
+pub(crate) struct Turns {
+    places: [Upcoming; 2],
+    /// Where the next one is put.
+    next: usize,
+    is_waiting: bool,
+}
+
+impl Upcoming {
+    /// None at all.
+    const BLANK: Self = Self {
+        piece: Piece::BLANK,
+        history: None,
+        known: Known { is_tiny: false, tiny: Tiny::BLANK, covered: [0; 2] },
+    };
+
+    /// Puts a piece here that lies within this outline, in a framebuffer that has `target`, of which `area` may be drawn to.
+    #[inline(always)]
+    pub(crate) fn set(
+        &mut self,
+        piece: &Piece,
+        history: impl FnOnce() -> Option<History>,
+        outline: impl FnOnce() -> Outline,
+        (target, area): (Borders, Borders),
+    ) {
+        self.piece = *piece;
+        if piece.in_fan > 0 {
+            self.history = history();
+        }
+        if piece.covered == 0 {
+            let Outline { bounds, is_tiny } = outline();
+            self.known.is_tiny = is_tiny;
+            if is_tiny {
+                self.known.tiny = Tiny::new(&piece.setup, bounds, target, area);
+                self.known.covered = covered_lanes(&self.known.tiny);
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn history(&self) -> Option<&History> {
+        if self.piece.in_fan > 0 { self.history.as_ref() } else { None }
+    }
+}
+
+impl Turns {
+    /// None waits.
+    pub(crate) const fn new() -> Self {
+        Self { places: [Upcoming::BLANK; 2], next: 0, is_waiting: false }
+    }
+
+    /// The place for the next piece.
+    #[inline(always)]
+    pub(crate) fn next(&mut self) -> &mut Upcoming {
+        &mut self.places[self.next & 1]
+    }
+
+    /// From now on the next piece waits, if it is there. Whether one has waited: then it is [its turn](Self::this).
+    #[inline(always)]
+    pub(crate) fn pass(&mut self, is_there: bool) -> bool {
+        self.next ^= 1;
+        core::mem::replace(&mut self.is_waiting, is_there)
+    }
+
+    /// The piece whose turn it is.
+    #[inline(always)]
+    pub(crate) fn this(&self) -> &Upcoming {
+        &self.places[self.next & 1]
+    }
+}
+
+/// The covered lanes of a tiny triangle's windows, if they are narrow.
+#[inline(always)]
+fn covered_lanes(tiny: &Tiny) -> NarrowLanes {
+    if tiny.lanes > NARROW_WINDOW || tiny.is_empty() {
+        [0; 2]
+    } else if tiny.lanes > 4 {
+        tiny.covered::<8>()
+    } else {
+        tiny.covered::<4>()
+    }
+}
