@@ -146,7 +146,7 @@ pub(crate) fn at_corners<V: Varyings>(
 /// What clipping leaves of a triangle, as a fan of triangles.
 #[derive(Debug)]
 pub(crate) struct Fan {
-    /// The caller's vertices, their positions with depth in 0 ≤ z ≤ w, and which planes they lie outside of.
+    /// The caller's vertices (of a record, none), their positions with depth in 0 ≤ z ≤ w, and which planes they lie outside of.
     vertices: [usize; 3],
     positions: [Vec4; 3],
     outcodes: u8,

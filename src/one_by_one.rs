@@ -276,7 +276,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
     ///
     /// Where floats are emulated, a closure is so much code that, called in two places, it would become a function of its own, for
     /// which all that a shader may ask has to be in memory. So tiny triangles and others share one loop there. With an FPU, one
-    /// is made for each: the choice for each pixel would take a sixth of its time.
+    /// is made for each: the choice for each pixel would take a seventh of its time, or more.
     #[inline(always)]
     pub(crate) fn draw_setup<V, R>(&mut self, setup: &Setup, bounds: Borders, shading: &Shading<'_, V>)
     where

@@ -274,10 +274,10 @@ impl<I: Index, P: Positions, A: Attributes> Preparation<'_, I, P, A> {
 /// Records, to be drawn.
 struct Records<'r, R, V> {
     records: R,
-    /// Some that may touch the area, in order, and which of them were not drawn or left out yet.
+    /// Some that may touch the area, in order, and which of them did not come yet and were not left out.
     batch: [Option<&'r Record<V>>; BATCH],
     queue: Queue,
-    /// Where the one that came last stands.
+    /// Where in the batch the one that came last stands.
     place: usize,
     /// The one that is drawn, and whether a piece of it is.
     record: Option<&'r Record<V>>,
@@ -285,8 +285,9 @@ struct Records<'r, R, V> {
     projector: Projector,
     /// The render area.
     area: Borders,
-    /// What is left of a clipped one, and the values at the corners of the piece that came last.
+    /// What is left of a clipped one.
     fan: Option<Fan>,
+    /// The values at the corners of the piece that is drawn, if it is one of a clipped triangle.
     values: Option<[V; 3]>,
 }
 

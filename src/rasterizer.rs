@@ -575,6 +575,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             }
             let state = (bias, limits);
             if LOOKS_AHEAD {
+                // Once more after the last one has come: then that is drawn.
                 loop {
                     let found = source.next();
                     if let Some(piece) = &found {
@@ -624,13 +625,15 @@ fn draw_piece<F, T, S, V, R, const BLENDS: bool>(
     let pedigree = history.map(History::pedigree);
     let shading = Shading::new(&piece.setup, varyings, piece.identity, pedigree.as_ref());
     let plane = DepthPlane::new::<F::Depth>(&piece.setup, bias, limits);
+    // Asked only if nothing is known yet: then the piece is the one that came last.
     shader.draw((piece, known), || source.outline(piece), &shading, &plane, packet, statistics);
 }
 
 /// Where the fragment half of a draw gets triangles from. It asks for one thing after the other: what is returned together
 /// is stored in parts and loaded as a whole, and such a load has to wait for the stores.
 pub(crate) trait Source<V> {
-    /// Takes in the next few triangles, of which perhaps none may be seen. False when there are no more.
+    /// Takes in the next few triangles, of which perhaps none may be seen. False when there are no more. Those that came before
+    /// must be drawn by then.
     fn refill(&mut self) -> bool;
 
     /// Leaves out those of them, none of which was drawn yet, that are behind what is there: see [`keep_seen`](crate::behind::keep_seen).
@@ -648,7 +651,7 @@ pub(crate) trait Source<V> {
     /// Where it lies; of the piece that came last alone.
     fn outline(&self, piece: &Piece) -> Outline;
 
-    /// Takes in the values at the corners of one that came since. `None` if one is not there; then [`varyings`](Self::varyings) must not be asked. (They are
+    /// Takes in the values at a piece's corners, which need not be the one that came last. `None` if one is not there; then [`varyings`](Self::varyings) must not be asked. (They are
     /// apart so that `outline` can be asked while the values are borrowed.)
     fn fetch(&mut self, piece: &Piece, history: Option<&History>) -> Option<()>;
 
@@ -674,7 +677,7 @@ struct Direct<'a, I, P, A: Attributes> {
     geometry: Geometry<'a, I, P>,
     varyings: A,
     fan: Option<Fan>,
-    /// Those of the piece that came last.
+    /// Those of the piece that is drawn.
     values: Option<[A::Value; 3]>,
 }
 

@@ -12,7 +12,8 @@
 //! * all fragments that pass of a [`tiny`](crate::tiny) triangle, whose rows are windows of 4 to 16 samples, or of a
 //!   [`minute`](crate::minute) one, whose samples are known.
 //!
-//! With AVX, packets of the last two kinds are filled up to a multiple of eight, so that none is left over after SIMD.
+//! With AVX, which samples a tiny triangle covers is found out before the triangle before it is drawn: see
+//! [`upcoming`](crate::upcoming). And packets of the last two kinds are filled up to a multiple of eight, so that none is left over after SIMD.
 //!
 //! Elsewhere, `one_by_one.rs` tests and shades one fragment after the other: less memory, less code, and the same results.
 
@@ -122,7 +123,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         } else {
             let own;
             let tiny = match known {
-                Some(known) if known.is_tiny => Some((&known.tiny, Some(known.covered))),
+                Some(known) if known.is_tiny => Some((&known.tiny, Some(known.covered_lanes))),
                 Some(_) => None,
                 None => match outline() {
                     Outline { bounds, is_tiny: true } => {

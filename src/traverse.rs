@@ -35,10 +35,12 @@ const COMPACT: i32 = 1023;
 pub(crate) const HAS_FLOAT_LANES: bool =
     cfg!(any(target_arch = "x86_64", target_arch = "x86", target_arch = "aarch64", target_arch = "wasm32"));
 
-/// Whether a processor has instructions for floats at all, and does not emulate them.
+/// Whether floats are not emulated, as far as that is told while compiling. (Of RISC-V's extensions only newer compilers tell:
+/// with an operating system, there is an FPU.) A wrong guess costs time or flash; the bits are the same.
 pub(crate) const HAS_FPU: bool = cfg!(not(any(
-    all(target_arch = "arm", not(target_abi = "eabihf")),
-    all(any(target_arch = "riscv32", target_arch = "riscv64"), not(target_feature = "f")),
+    all(target_arch = "arm", not(any(target_abi = "eabihf", target_os = "android", target_vendor = "apple"))),
+    all(any(target_arch = "riscv32", target_arch = "riscv64"), target_os = "none"),
+    target_abi = "softfloat",
 )));
 
 /// The samples that a triangle covers on one row of an area.
