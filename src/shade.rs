@@ -13,7 +13,8 @@
 //!   [`minute`](crate::minute) one, whose samples are known.
 //!
 //! With AVX, which samples a tiny triangle covers is found out before the triangle before it is drawn: see
-//! [`upcoming`](crate::upcoming). And packets of the last two kinds are filled up to a multiple of eight, so that none is left over after SIMD.
+//! [`upcoming`](crate::upcoming). And packets of the last two kinds are filled up to a multiple of eight, so that none is left
+//! over after SIMD.
 //!
 //! Elsewhere, `one_by_one.rs` tests and shades one fragment after the other: less memory, less code, and the same results.
 
