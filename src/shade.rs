@@ -419,8 +419,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let places = self.places.narrow.with_stride(stride);
             let covered = match covered {
                 Some(covered) => covered,
-                None if tiny.lanes > 4 => tiny.covered::<8>(),
-                None => tiny.covered::<4>(),
+                None => tiny.covered_lanes(),
             };
             for (word, lanes) in covered.into_iter().enumerate() {
                 filled = packet.put_lanes::<_, 8, true>(

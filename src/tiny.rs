@@ -257,9 +257,15 @@ impl Tiny {
         (inside, z)
     }
 
+    /// The covered lanes of all rows of its windows, which must be narrow, unless it [is empty](Self::is_empty).
+    #[inline(always)]
+    pub(crate) fn covered_lanes(&self) -> NarrowLanes {
+        if self.lanes > 4 { self.covered::<8>() } else { self.covered::<4>() }
+    }
+
     /// The covered lanes of all rows of narrow windows, of `N` lanes, unless it [is empty](Self::is_empty).
     #[inline(always)]
-    pub(crate) fn covered<const N: usize>(&self) -> NarrowLanes {
+    fn covered<const N: usize>(&self) -> NarrowLanes {
         let mut row = self.first_row::<N>();
         // Depth is not made of these, so the least value that covers is taken off edge 0 as well. (Of edge 1, a left one, it is 0.)
         row.edges[0] -= self.least[0];
@@ -398,7 +404,7 @@ mod tests {
                     .collect();
                 assert_eq!(found, covered, "{setup:?} in {frame:?}");
                 if HAS_FLOAT_LANES && tiny.lanes <= NARROW_WINDOW && !tiny.is_empty() {
-                    let lanes = if tiny.lanes == 4 { tiny.covered::<4>() } else { tiny.covered::<8>() };
+                    let lanes = tiny.covered_lanes();
                     let is_covered = |lane: &usize| lanes[lane / 64] >> (lane % 64) & 1 == 1;
                     let found: Vec<_> = (0..128)
                         .filter(is_covered)

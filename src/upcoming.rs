@@ -70,7 +70,12 @@ impl Upcoming {
             self.known.is_tiny = is_tiny;
             if is_tiny {
                 self.known.tiny = Tiny::new(&piece.setup, bounds, target, area);
-                self.known.covered_lanes = covered_lanes(&self.known.tiny);
+                let tiny = &self.known.tiny;
+                self.known.covered_lanes = if tiny.lanes <= NARROW_WINDOW && !tiny.is_empty() {
+                    tiny.covered_lanes()
+                } else {
+                    [0; 2]
+                };
             }
         }
     }
@@ -105,17 +110,5 @@ impl Turns {
     #[inline(always)]
     pub(crate) fn this(&self) -> &Upcoming {
         &self.places[self.next & 1]
-    }
-}
-
-/// The covered lanes of a tiny triangle's windows, if they are narrow.
-#[inline(always)]
-fn covered_lanes(tiny: &Tiny) -> NarrowLanes {
-    if tiny.lanes > NARROW_WINDOW || tiny.is_empty() {
-        [0; 2]
-    } else if tiny.lanes > 4 {
-        tiny.covered::<8>()
-    } else {
-        tiny.covered::<4>()
     }
 }
