@@ -1,7 +1,10 @@
 //! Fragments: covered samples that passed the depth test, about to be shaded.
 //!
 //! Everything that a shader may ask is a formula of the edge functions at the sample. A fragment only carries what these
-//! formulas start from; what is not asked for costs nothing.
+//! formulas start from; what is not asked for costs nothing. Where there is SIMD, that holds for the division too, which is done
+//! where packets are filled: a shading loop in which all waits for it keeps more steps waiting than a processor has room for.
+
+use core::hint::black_box;
 
 use crate::edge::EdgeFunction;
 use crate::interpolate::{Varyings, Weights};
@@ -91,6 +94,20 @@ pub(crate) struct WeightParts {
     pub(crate) m: f32,
 }
 
+/// What a sample's weights are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SampleWeights {
+    /// Perspective weights of corners 0 and 1.
+    pub(crate) alpha: f32,
+    pub(crate) beta: f32,
+    /// What they were divided by, 1/w times the area, and its inverse.
+    pub(crate) sum: f32,
+    pub(crate) inv_sum: f32,
+    /// Screen-linear weights of corners 0 and 1.
+    pub(crate) l: f32,
+    pub(crate) m: f32,
+}
+
 /// `x as f32`, in a few instructions instead of forty where `i64` is emulated and `x` is small.
 #[inline(always)]
 pub(crate) fn to_f32(x: i64) -> f32 {
@@ -121,6 +138,28 @@ impl WeightParts {
             m: self.m + step.m * dx,
         }
     }
+
+    /// The weights that they make.
+    #[inline(always)]
+    pub(crate) fn divided(self) -> SampleWeights {
+        let Self { p, q, sum, l, m } = self;
+        let inv_sum = 1.0 / sum;
+        SampleWeights { alpha: p * inv_sum, beta: q * inv_sum, sum, inv_sum, l, m }
+    }
+}
+
+/// [`WeightParts::divided`] for several samples: α, β and 1 / sum, of p, q and sum.
+#[inline(always)]
+pub(crate) fn divided<const N: usize>([mut p, mut q, sum]: [[f32; N]; 3]) -> [[f32; N]; 3] {
+    // One step at a time for all lanes.
+    let inv_sum = sum.map(|sum| 1.0 / sum);
+    for i in 0..N {
+        p[i] *= inv_sum[i];
+    }
+    for i in 0..N {
+        q[i] *= inv_sum[i];
+    }
+    [p, q, inv_sum]
 }
 
 impl Scales {
@@ -137,17 +176,20 @@ impl Scales {
         WeightParts { p, q, sum: p + q + r, l: edges[0] * self.inv_area2, m: edges[1] * self.inv_area2 }
     }
 
-    /// [`parts`](Self::parts) for several samples: p, q, sum, l, m.
+    /// The weights of several samples, where the edge functions are these: α, β, sum, 1 / sum, l, m.
     #[inline(always)]
-    pub(crate) fn parts_of<const N: usize>(&self, [a, b, c]: [[f32; N]; 3]) -> [[f32; N]; 5] {
+    pub(crate) fn weights_of<const N: usize>(&self, [a, b, c]: [[f32; N]; 3]) -> [[f32; N]; 6] {
         // One step at a time for all lanes: each becomes one operation or two.
         let times = |edge: [f32; N], factor: f32| edge.map(|value| value * factor);
         let [u, v, w] = self.inv_w;
+        // As if nobody knew it. Else LLVM takes p + q for q + p in every second lane, for which it works out edges 0 and 1 twice.
+        let b = black_box(b);
         let (p, q, mut sum) = (times(a, u), times(b, v), times(c, w));
         for i in 0..N {
             sum[i] += p[i] + q[i];
         }
-        [p, q, sum, times(a, self.inv_area2), times(b, self.inv_area2)]
+        let [alpha, beta, inv_sum] = divided([p, q, sum]);
+        [alpha, beta, sum, inv_sum, times(a, self.inv_area2), times(b, self.inv_area2)]
     }
 }
 
@@ -257,7 +299,7 @@ impl<'a, V: Varyings> Shading<'a, V> {
 #[derive(Clone, Copy, Debug)]
 pub struct Fragment<'a, V> {
     pub(crate) triangle: &'a Shading<'a, V>,
-    pub(crate) at: WeightParts,
+    pub(crate) at: SampleWeights,
     pub(crate) x: i32,
     pub(crate) y: i32,
     pub(crate) depth: f32,
@@ -303,8 +345,7 @@ impl<V: Varyings> Fragment<'_, V> {
     /// Perspective weights of corners 0 and 1.
     #[inline(always)]
     fn perspective(&self) -> [f32; 2] {
-        let inv_sum = 1.0 / self.at.sum;
-        [self.at.p * inv_sum, self.at.q * inv_sum]
+        [self.at.alpha, self.at.beta]
     }
 
     /// Screen-linear weights of corners 0 and 1.
@@ -380,8 +421,7 @@ impl<V: Varyings> Fragment<'_, V> {
         // Over the area: else changes of values of 10³² would overflow.
         let step = each(step, |step| step * inv_area2);
         let [dp, dq, dr] = product(step, inv_w);
-        let (inv_sum, area2) = (1.0 / self.at.sum, 1.0 / inv_area2);
-        let here = (self.perspective(), inv_sum * area2);
+        let here = (self.perspective(), self.at.inv_sum * (1.0 / inv_area2));
         let weights = Weights::of_change(([dp, dq], dp + dq + dr), here, [step[0], step[1]], provoking);
         V::interpolate(varyings, &weights)
     }

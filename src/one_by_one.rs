@@ -381,8 +381,9 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
                     if F::Depth::IS_STORED && !self.test.passes(new, *depth) {
                         missed += 1;
                     } else {
-                        let at = if is_tiny { shading.scales.parts(own) } else { base.moved(step, dx) };
-                        let fragment = Fragment { triangle: shading, at, x: at_x, y, depth: z };
+                        let parts = if is_tiny { shading.scales.parts(own) } else { base.moved(step, dx) };
+                        let fragment =
+                            Fragment { triangle: shading, at: parts.divided(), x: at_x, y, depth: z };
                         match (self.shade)(fragment, *color).into() {
                             Some(result) => {
                                 *color = result;

@@ -10,7 +10,7 @@ use core::sync::atomic::{Ordering, compiler_fence};
 use glam::{Mat4, Vec4};
 
 use crate::depth::{DepthFormat, DepthTest, passes};
-use crate::fragment::{Shading, WeightParts};
+use crate::fragment::{SampleWeights, Shading, WeightParts, divided};
 use crate::interpolate::Varyings;
 use crate::plane::{DepthPlane, RowPlane};
 use crate::tiny::{NEGATIVE, SIDE, Tiny};
@@ -24,9 +24,10 @@ pub(crate) const PACKET: usize = if HAS_FLOAT_LANES { 256 } else { 1 };
 /// disappears.
 #[derive(Debug)]
 pub(crate) struct Packet<'a, C, D> {
-    pub(crate) p: &'a mut [f32; PACKET],
-    pub(crate) q: &'a mut [f32; PACKET],
+    pub(crate) alpha: &'a mut [f32; PACKET],
+    pub(crate) beta: &'a mut [f32; PACKET],
     pub(crate) sum: &'a mut [f32; PACKET],
+    pub(crate) inv_sum: &'a mut [f32; PACKET],
     pub(crate) l: &'a mut [f32; PACKET],
     pub(crate) m: &'a mut [f32; PACKET],
     pub(crate) z: &'a mut [f32; PACKET],
@@ -156,10 +157,11 @@ pub(crate) const NARROW: usize = WINDOW * if cfg!(target_feature = "avx") { 8 } 
 impl<C, D> Packet<'_, C, D> {
     /// Sets one fragment.
     #[inline(always)]
-    pub(crate) fn put(&mut self, at: usize, (x, y): (i32, i32), parts: WeightParts, z: f32, place: u32) {
+    pub(crate) fn put(&mut self, at: usize, (x, y): (i32, i32), weights: SampleWeights, z: f32, place: u32) {
         let at = at & (PACKET - 1);
-        let WeightParts { p, q, sum, l, m } = parts;
-        (self.p[at], self.q[at], self.sum[at], self.l[at], self.m[at]) = (p, q, sum, l, m);
+        let SampleWeights { alpha, beta, sum, inv_sum, l, m } = weights;
+        (self.alpha[at], self.beta[at], self.sum[at], self.inv_sum[at]) = (alpha, beta, sum, inv_sum);
+        (self.l[at], self.m[at]) = (l, m);
         (self.z[at], self.x[at], self.y[at]) = (z, x, y);
         if let Some(to) = self.places.get_mut(at) {
             *to = place;
@@ -236,18 +238,25 @@ impl<C, D> Packet<'_, C, D> {
                     continue;
                 }
             }
-            let parts = shading.scales.parts_of(edges);
+            let weights = shading.scales.weights_of(edges);
             if passing == all {
-                self.put_group(filled, pixels, parts, z);
+                self.put_group(filled, pixels, weights, z);
                 filled += count;
                 continue;
             }
-            let ([p, q, sum, l, m], begin) = (parts, filled);
+            let ([alpha, beta, sum, inv_sum, l, m], begin) = (weights, filled);
             for i in (0..GROUP).filter(|i| passing >> i & 1 == 1) {
-                let parts = WeightParts { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
+                let weights = SampleWeights {
+                    alpha: alpha[i],
+                    beta: beta[i],
+                    sum: sum[i],
+                    inv_sum: inv_sum[i],
+                    l: l[i],
+                    m: m[i],
+                };
                 // No place is overwritten before it is read: what passes moves down.
                 let place = self.places[(begin + i) & (PLACES - 1)];
-                self.put(filled, pixels[i], parts, z[i], place);
+                self.put(filled, pixels[i], weights, z[i], place);
                 filled += 1;
             }
         }
@@ -260,12 +269,13 @@ impl<C, D> Packet<'_, C, D> {
         &mut self,
         at: usize,
         pixels: [(i32, i32); GROUP],
-        [p, q, sum, l, m]: [[f32; GROUP]; 5],
+        [alpha, beta, sum, inv_sum, l, m]: [[f32; GROUP]; 6],
         z: [f32; GROUP],
     ) {
-        put_array(self.p, at, p);
-        put_array(self.q, at, q);
+        put_array(self.alpha, at, alpha);
+        put_array(self.beta, at, beta);
         put_array(self.sum, at, sum);
+        put_array(self.inv_sum, at, inv_sum);
         put_array(self.l, at, l);
         put_array(self.m, at, m);
         put_array(self.z, at, z);
@@ -293,13 +303,14 @@ impl<C, D> Packet<'_, C, D> {
         D: DepthFormat,
     {
         let place = at..at + old.len();
-        let p = self.p.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
-        let q = self.q.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
+        let alpha = self.alpha.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
+        let beta = self.beta.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
         let sum = self.sum.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
+        let inv_sum = self.inv_sum.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
         let l = self.l.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
         let m = self.m.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
         let z = self.z.get_mut(place.clone())?.chunks_exact_mut(WINDOW);
-        let weights = p.zip(q).zip(sum).zip(l).zip(m);
+        let weights = alpha.zip(beta).zip(sum).zip(inv_sum).zip(l).zip(m);
         let (mut passing, mut column) = ([0u32; WINDOW], [0.0; WINDOW]);
         for i in 0..WINDOW {
             column[i] = dx + RAMP[i];
@@ -307,26 +318,24 @@ impl<C, D> Packet<'_, C, D> {
         let colors =
             self.colors.get_mut(place.clone())?.chunks_exact_mut(WINDOW).zip(old_colors.chunks_exact(WINDOW));
         let depths = z.zip(old.chunks_exact(WINDOW));
-        for (((((p, q), sum), l), m), ((z, old), (color, old_color))) in weights.zip(depths.zip(colors)) {
+        for ((((((alpha, beta), sum), inv_sum), l), m), ((z, old), (color, old_color))) in
+            weights.zip(depths.zip(colors))
+        {
             if BLENDED {
                 // No instruction, and not needed to be right: it keeps LLVM from making one call of the whole row's copies.
                 compiler_fence(Ordering::AcqRel);
                 color.copy_from_slice(old_color);
             }
             // One step at a time for all lanes: each loop becomes one operation or two.
-            let ramp = |to: &mut [f32], first: f32, step: f32| {
-                let Some(to) = to.first_chunk_mut::<WINDOW>() else { return };
-                let mut new = [0.0; WINDOW];
-                for i in 0..WINDOW {
-                    new[i] = first + column[i] * step;
-                }
-                *to = new;
-            };
-            ramp(p, base.p, step.p);
-            ramp(q, base.q, step.q);
-            ramp(sum, base.sum, step.sum);
-            ramp(l, base.l, step.l);
-            ramp(m, base.m, step.m);
+            let ramp = |first: f32, step: f32| column.map(|column| first + column * step);
+            let parts = [ramp(base.p, step.p), ramp(base.q, step.q), ramp(base.sum, step.sum)];
+            let [new_alpha, new_beta, new_inv_sum] = divided(parts);
+            put_array(alpha, 0, new_alpha);
+            put_array(beta, 0, new_beta);
+            put_array(sum, 0, parts[2]);
+            put_array(inv_sum, 0, new_inv_sum);
+            put_array(l, 0, ramp(base.l, step.l));
+            put_array(m, 0, ramp(base.m, step.m));
             let (Some(z), Some(old)) = (z.first_chunk_mut::<WINDOW>(), old.first_chunk::<WINDOW>()) else {
                 return None;
             };
@@ -369,23 +378,36 @@ impl<C, D> Packet<'_, C, D> {
         D: DepthFormat,
     {
         let len = old.len();
-        let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
-            self.p.get_mut(..len),
-            self.q.get_mut(..len),
+        let (
+            Some(alpha),
+            Some(beta),
+            Some(sum),
+            Some(inv_sum),
+            Some(l),
+            Some(m),
+            Some(z),
+            Some(xs),
+            Some(ys),
+        ) = (
+            self.alpha.get_mut(..len),
+            self.beta.get_mut(..len),
             self.sum.get_mut(..len),
+            self.inv_sum.get_mut(..len),
             self.l.get_mut(..len),
             self.m.get_mut(..len),
             self.z.get_mut(..len),
             self.x.get_mut(..len),
             self.y.get_mut(..len),
-        ) else {
+        )
+        else {
             return 0;
         };
         let mut passing = 0;
         for i in 0..len.min(PACKET) {
             let dx = dx + RAMP[i];
-            let at = base.moved(step, dx);
-            (p[i], q[i], sum[i], l[i], m[i]) = (at.p, at.q, at.sum, at.l, at.m);
+            let at = base.moved(step, dx).divided();
+            (alpha[i], beta[i], sum[i], inv_sum[i], l[i], m[i]) =
+                (at.alpha, at.beta, at.sum, at.inv_sum, at.l, at.m);
             z[i] = plane.moved_within::<CLAMPS>(z_base, dx);
             passing += u32::from(passes(test, z[i], old[i]));
             (xs[i], ys[i]) = (x.wrapping_add(i as i32), y);

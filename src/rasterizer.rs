@@ -532,14 +532,16 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             return statistics;
         };
         let numbers = || Aligned([0.0; PACKET]);
-        let (mut p, mut q, mut sum, mut l, mut m) = (numbers(), numbers(), numbers(), numbers(), numbers());
-        let (mut z, mut x, mut y) = (numbers(), Aligned([0; PACKET]), Aligned([0; PACKET]));
+        let (mut alpha, mut beta, mut sum, mut inv_sum) = (numbers(), numbers(), numbers(), numbers());
+        let (mut l, mut m, mut z, mut x, mut y) =
+            (numbers(), numbers(), numbers(), Aligned([0; PACKET]), Aligned([0; PACKET]));
         let (mut colors, mut depths) =
             (Aligned([color; PACKET]), Aligned([F::Depth::from_depth(0.0); PACKET]));
         let mut packet = Packet {
-            p: &mut p.0,
-            q: &mut q.0,
+            alpha: &mut alpha.0,
+            beta: &mut beta.0,
             sum: &mut sum.0,
+            inv_sum: &mut inv_sum.0,
             l: &mut l.0,
             m: &mut m.0,
             z: &mut z.0,

@@ -27,7 +27,7 @@ use crate::band::Band;
 use crate::coarse::{Coarse, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fan::Piece;
-use crate::fragment::{Fragment, Shading, WeightParts};
+use crate::fragment::{Fragment, SampleWeights, Shading};
 use crate::interpolate::Varyings;
 use crate::minute::Minute;
 use crate::packet::{NARROW, PACKET, Packet, Places, RAMP, ROW, Start, Triangle, WINDOW, copy, place_of};
@@ -192,16 +192,28 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 return;
             };
             let lanes = begin..begin + len;
-            let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
-                packet.p.get(lanes.clone()),
-                packet.q.get(lanes.clone()),
+            let (
+                Some(alpha),
+                Some(beta),
+                Some(sum),
+                Some(inv_sum),
+                Some(l),
+                Some(m),
+                Some(z),
+                Some(xs),
+                Some(ys),
+            ) = (
+                packet.alpha.get(lanes.clone()),
+                packet.beta.get(lanes.clone()),
                 packet.sum.get(lanes.clone()),
+                packet.inv_sum.get(lanes.clone()),
                 packet.l.get(lanes.clone()),
                 packet.m.get(lanes.clone()),
                 packet.z.get(lanes.clone()),
                 packet.x.get(lanes.clone()),
                 packet.y.get(lanes),
-            ) else {
+            )
+            else {
                 return;
             };
 
@@ -211,7 +223,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let shading = shading.with_varyings(&varyings);
             let (shade, test) = (&mut self.shade, self.test);
             let lost = Self::shade_packet(
-                shade, test, &shading, count, colors, depths, discarded, p, q, sum, l, m, z, xs, ys,
+                shade, test, &shading, count, colors, depths, discarded, alpha, beta, sum, inv_sum, l, m, z,
+                xs, ys,
             );
             statistics.fragments += count as u64;
             statistics.samples_passed += count as u64 - u64::from(lost);
@@ -255,9 +268,10 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         colors: &mut [F::Color],
         depths: &mut [F::Depth],
         discarded: &mut [u32],
-        p: &[f32],
-        q: &[f32],
+        alpha: &[f32],
+        beta: &[f32],
         sum: &[f32],
+        inv_sum: &[f32],
         l: &[f32],
         m: &[f32],
         z: &[f32],
@@ -286,21 +300,40 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             else {
                 return 0;
             };
-            let (Some(p), Some(q), Some(sum), Some(l), Some(m), Some(z), Some(xs), Some(ys)) = (
-                p.get(..len),
-                q.get(..len),
+            let (
+                Some(alpha),
+                Some(beta),
+                Some(sum),
+                Some(inv_sum),
+                Some(l),
+                Some(m),
+                Some(z),
+                Some(xs),
+                Some(ys),
+            ) = (
+                alpha.get(..len),
+                beta.get(..len),
                 sum.get(..len),
+                inv_sum.get(..len),
                 l.get(..len),
                 m.get(..len),
                 z.get(..len),
                 xs.get(..len),
                 ys.get(..len),
-            ) else {
+            )
+            else {
                 return 0;
             };
             // Results are selected, not branched on, so that a discard vectorises too.
             for i in 0..len {
-                let at = WeightParts { p: p[i], q: q[i], sum: sum[i], l: l[i], m: m[i] };
+                let at = SampleWeights {
+                    alpha: alpha[i],
+                    beta: beta[i],
+                    sum: sum[i],
+                    inv_sum: inv_sum[i],
+                    l: l[i],
+                    m: m[i],
+                };
                 let fragment = Fragment { triangle: shading, at, x: xs[i], y: ys[i], depth: z[i] };
                 let (old_color, old_depth) = (colors[i], depths[i]);
                 let depth = F::Depth::from_depth(z[i]);
@@ -385,7 +418,8 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let run = self.target.run(sample.x, sample.y, 1);
             let (Some(&color), Some(&depth)) = (run.color.first(), run.depth.first()) else { continue };
             if passes(self.test, z, depth) {
-                packet.put(filled, (sample.x, sample.y), shading.scales.parts(sample.edges), z, sample.place);
+                let weights = shading.scales.parts(sample.edges).divided();
+                packet.put(filled, (sample.x, sample.y), weights, z, sample.place);
                 if BLENDS {
                     packet.colors[filled] = color;
                 }
