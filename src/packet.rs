@@ -196,6 +196,9 @@ impl<C, D> Packet<'_, C, D> {
                 return filled;
             };
             for four in (0..GROUP).step_by(4) {
+                if left <= four {
+                    break;
+                }
                 let mut offsets = [Vec4::ZERO; 4];
                 for (i, offset) in offsets.iter_mut().enumerate() {
                     // Which lanes they are, no predictor can tell: the next one is found without a branch.
