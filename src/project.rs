@@ -3,6 +3,8 @@
 //! A position is divided by w, mapped to the viewport and rounded to 1/256 pixel. From there on the triangle *is* the
 //! one with the rounded corners: coverage is decided in integers, and every float is derived from them.
 
+use core::array;
+
 use glam::{Mat4, Vec4};
 
 use crate::clip::{ClipVolume, DepthClip, GUARD_BAND, INVALID, W_MIN};
@@ -151,6 +153,36 @@ fn transpose([a, b, c, d]: [Vec4; 4]) -> [Vec4; 4] {
     [x_axis, y_axis, z_axis, w_axis]
 }
 
+/// How many vertices are divided by w before the first of them is projected. From a position to the decision whether it lies
+/// inside each step waits for the one before it, some eighty cycles long, and a processor has room for three or four such
+/// chains. Cut in two, they are shorter, and more of them fit.
+const BLOCK: usize = 64;
+
+/// Four positions in clip space, one in each lane, and 1/w.
+#[derive(Clone, Copy, Debug)]
+struct Four {
+    x: Vec4,
+    y: Vec4,
+    z: Vec4,
+    w: Vec4,
+    inv_w: Vec4,
+}
+
+impl Four {
+    const BLANK: Self =
+        Self { x: Vec4::ZERO, y: Vec4::ZERO, z: Vec4::ZERO, w: Vec4::ZERO, inv_w: Vec4::ZERO };
+
+    #[inline(always)]
+    fn new(positions: [Vec4; 4]) -> Self {
+        let [x, y, z, w] = transpose(positions);
+        Self { x, y, z, w, inv_w: Vec4::ONE / w }
+    }
+
+    fn positions(self) -> [Vec4; 4] {
+        transpose([self.x, self.y, self.z, self.w])
+    }
+}
+
 /// Everything that projection needs, worked out once a draw.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Projector {
@@ -185,20 +217,49 @@ impl Projector {
         self.outside(position)
     }
 
-    /// Four positions at once, one in each SIMD lane. The steps are those of [`project`](Self::project).
+    /// As many positions as there are vertices, but for up to three at the end. Gives how many.
+    #[inline(always)]
+    pub(crate) fn project_fours(
+        &self,
+        positions: &impl Attributes<Value = Vec4>,
+        vertices: &mut [ProjectedVertex],
+    ) -> usize {
+        let four_at = |index: usize| {
+            // There are as many positions as vertices.
+            Four::new(array::from_fn(|i| positions.fetch(index + i).unwrap_or(Vec4::W)))
+        };
+        let (mut divided, mut index) = ([Four::BLANK; BLOCK / 4], 0);
+        while let Some(block) = vertices.get_mut(index..).and_then(|rest| rest.first_chunk_mut::<BLOCK>()) {
+            for (four, index) in divided.iter_mut().zip((index..).step_by(4)) {
+                *four = four_at(index);
+            }
+            for (four, to) in divided.iter().zip(block.chunks_exact_mut(4)) {
+                if let Some(to) = to.first_chunk_mut() {
+                    self.project_four(*four, to);
+                }
+            }
+            index += BLOCK;
+        }
+        while let Some(to) = vertices.get_mut(index..).and_then(|rest| rest.first_chunk_mut()) {
+            self.project_four(four_at(index), to);
+            index += 4;
+        }
+        index
+    }
+
+    /// Four positions at once. The steps are those of [`project`](Self::project).
     ///
     /// Results are written where they belong: returned, they would be stored, and then copied by loads that are wider than these
     /// stores, and have to wait for them.
     #[inline(always)]
-    pub(crate) fn project_four(&self, positions: [Vec4; 4], to: &mut [ProjectedVertex; 4]) {
+    fn project_four(&self, four: Four, to: &mut [ProjectedVertex; 4]) {
         let ViewportTransform { scale, offset } = self.volume.transform;
-        let [x, y, z, w] = transpose(positions);
+        let Four { x, y, z, w, inv_w } = four;
         let z = self.clip_depth.four_to_zero_to_one(z, w);
-        let inv_w = Vec4::ONE / w;
         let place = |ndc: Vec4, i: usize| ndc * scale[i] + Vec4::splat(offset[i]);
         let (x, y) = (place(x * inv_w, 0), place(y * inv_w, 1));
         if !self.volume.contains_four([x, y, z, w]) {
-            let [a, b, c, d] = positions;
+            let [a, b, c, d] = four.positions();
             *to = self.project_apart(a, b, c, d);
             return;
         }
@@ -403,12 +464,32 @@ mod tests {
                     inside += u32::from(!each.iter().any(|vertex| vertex.is_outside()));
                     let words = |vertices: [ProjectedVertex; 4]| vertices.map(ProjectedVertex::to_words);
                     let mut found = [ProjectedVertex::default(); 4];
-                    projector.project_four(positions, &mut found);
+                    projector.project_four(Four::new(positions), &mut found);
                     assert_eq!(words(found), words(each), "{positions:?}");
                 }
             }
         }
         assert!(inside > 8000, "four at a time were needed: {inside}");
+    }
+
+    #[test]
+    fn any_number_of_vertices_is_projected() {
+        let mut positions = [Vec4::W; 200];
+        for (i, position) in (0u8..).zip(&mut positions) {
+            // Some of them outside.
+            let x = f32::from(i) / 100.0 - 1.0;
+            *position = Vec4::new(x, -x, if i % 7 == 0 { -0.1 } else { 0.5 }, 1.0 + x * x);
+        }
+        let each = positions.map(|position| projector().project(position).to_words());
+        for count in (0..10).chain(60..70).chain(124..136).chain([200]) {
+            let mut vertices = [ProjectedVertex::default(); 200];
+            let done = projector().project_fours(&&positions[..count], &mut vertices[..count]);
+            assert_eq!(done, count - count % 4, "fours");
+            for (i, vertex) in vertices.into_iter().enumerate() {
+                let expected = if i < done { each[i] } else { ProjectedVertex::default().to_words() };
+                assert_eq!(vertex.to_words(), expected, "{i} of {count}");
+            }
+        }
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! The hub: state, and the way of a triangle through all the other rooms.
 
-use core::array;
 use core::fmt;
 use core::marker::PhantomData;
 
@@ -232,16 +231,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let error = DrawError::TooFewProjected { positions: count, room: room.len() };
         let vertices = room.get_mut(..count).ok_or(error)?;
         let projector = self.projector();
-        let mut index = 0;
-        if HAS_FLOAT_LANES {
-            while let Some(four) = vertices.get_mut(index..).and_then(|rest| rest.first_chunk_mut::<4>()) {
-                // There are as many positions as vertices.
-                let positions = array::from_fn(|i| positions.fetch(index + i).unwrap_or(Vec4::W));
-                projector.project_four(positions, four);
-                index += 4;
-            }
-        }
-        for (vertex, index) in vertices.iter_mut().skip(index).zip(index..) {
+        let done = if HAS_FLOAT_LANES { projector.project_fours(&positions, vertices) } else { 0 };
+        for (vertex, index) in vertices.iter_mut().skip(done).zip(done..) {
             if let Some(position) = positions.fetch(index) {
                 *vertex = projector.project(position);
             }
