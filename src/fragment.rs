@@ -1,8 +1,9 @@
 //! Fragments: covered samples that passed the depth test, about to be shaded.
 //!
-//! Everything that a shader may ask is a formula of the edge functions at the sample. A fragment only carries what these
-//! formulas start from; what is not asked for costs nothing. Where there is SIMD, that holds for the division too, which is done
-//! where packets are filled: a shading loop in which all waits for it keeps more steps waiting than a processor has room for.
+//! Everything that a shader may ask is a formula of the edge functions at the sample. A fragment carries what these formulas
+//! start from, and the one step that they share, the perspective division. What is not asked for costs nothing once the closure
+//! is inlined. Where there is SIMD, the division is done where packets are filled: in the shading loop all else would wait for
+//! it, and fill the room that a processor has for waiting steps.
 
 use core::hint::black_box;
 
@@ -94,13 +95,13 @@ pub(crate) struct WeightParts {
     pub(crate) m: f32,
 }
 
-/// What a sample's weights are.
+/// A sample's weights: [`WeightParts`], [divided](WeightParts::divided).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SampleWeights {
     /// Perspective weights of corners 0 and 1.
     pub(crate) alpha: f32,
     pub(crate) beta: f32,
-    /// What they were divided by, 1/w times the area, and its inverse.
+    /// What they were divided by, 1/w here times twice the area, and 1 / `sum`.
     pub(crate) sum: f32,
     pub(crate) inv_sum: f32,
     /// Screen-linear weights of corners 0 and 1.
@@ -150,7 +151,7 @@ impl WeightParts {
 
 /// [`WeightParts::divided`] for several samples: α, β and 1 / sum, of p, q and sum.
 #[inline(always)]
-pub(crate) fn divided<const N: usize>([mut p, mut q, sum]: [[f32; N]; 3]) -> [[f32; N]; 3] {
+pub(crate) fn divided_lanes<const N: usize>([mut p, mut q, sum]: [[f32; N]; 3]) -> [[f32; N]; 3] {
     // One step at a time for all lanes.
     let inv_sum = sum.map(|sum| 1.0 / sum);
     for i in 0..N {
@@ -176,19 +177,20 @@ impl Scales {
         WeightParts { p, q, sum: p + q + r, l: edges[0] * self.inv_area2, m: edges[1] * self.inv_area2 }
     }
 
-    /// The weights of several samples, where the edge functions are these: α, β, sum, 1 / sum, l, m.
+    /// [`parts`](Self::parts), [divided](WeightParts::divided), of several samples: α, β, sum, 1 / sum, l, m.
     #[inline(always)]
     pub(crate) fn weights_of<const N: usize>(&self, [a, b, c]: [[f32; N]; 3]) -> [[f32; N]; 6] {
         // One step at a time for all lanes: each becomes one operation or two.
         let times = |edge: [f32; N], factor: f32| edge.map(|value| value * factor);
         let [u, v, w] = self.inv_w;
-        // As if nobody knew it. Else LLVM takes p + q for q + p in every second lane, for which it works out edges 0 and 1 twice.
+        // Hidden from LLVM, which otherwise adds q + p in every second lane, not p + q (the same bits), and works edges 0 and 1 out
+        // a second time for that.
         let b = black_box(b);
         let (p, q, mut sum) = (times(a, u), times(b, v), times(c, w));
         for i in 0..N {
             sum[i] += p[i] + q[i];
         }
-        let [alpha, beta, inv_sum] = divided([p, q, sum]);
+        let [alpha, beta, inv_sum] = divided_lanes([p, q, sum]);
         [alpha, beta, sum, inv_sum, times(a, self.inv_area2), times(b, self.inv_area2)]
     }
 }
@@ -277,7 +279,7 @@ impl<'a, V: Varyings> Shading<'a, V> {
 
 /// A covered sample that passed the depth test: what the fragment closure gets.
 ///
-/// Everything is computed when it is asked for. Numbers are the same bits however the frame is cut into tiles, and on
+/// Only what is asked for is computed, once the closure is inlined. Numbers are the same bits however the frame is cut into tiles, and on
 /// every target. A function that takes one is written `fn shade(fragment: Fragment<'_, MyVaryings>) -> Color`.
 /// Mark it `#[inline(always)]`: a function that is called can become no SIMD, and nothing can be left out for it.
 ///

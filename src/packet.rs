@@ -10,7 +10,7 @@ use core::sync::atomic::{Ordering, compiler_fence};
 use glam::{Mat4, Vec4};
 
 use crate::depth::{DepthFormat, DepthTest, passes};
-use crate::fragment::{SampleWeights, Shading, WeightParts, divided};
+use crate::fragment::{SampleWeights, Shading, WeightParts, divided_lanes};
 use crate::interpolate::Varyings;
 use crate::plane::{DepthPlane, RowPlane};
 use crate::tiny::{NEGATIVE, SIDE, Tiny};
@@ -197,6 +197,7 @@ impl<C, D> Packet<'_, C, D> {
             };
             for four in (0..GROUP).step_by(4) {
                 if left <= four {
+                    // The second half of the last group, if nothing is left for it: what is in its lanes stays out of `all`.
                     break;
                 }
                 let mut offsets = [Vec4::ZERO; 4];
@@ -329,10 +330,10 @@ impl<C, D> Packet<'_, C, D> {
                 compiler_fence(Ordering::AcqRel);
                 color.copy_from_slice(old_color);
             }
-            // One step at a time for all lanes: each loop becomes one operation or two.
+            // One step at a time for all lanes: each becomes one operation or two.
             let ramp = |first: f32, step: f32| column.map(|column| first + column * step);
             let parts = [ramp(base.p, step.p), ramp(base.q, step.q), ramp(base.sum, step.sum)];
-            let [new_alpha, new_beta, new_inv_sum] = divided(parts);
+            let [new_alpha, new_beta, new_inv_sum] = divided_lanes(parts);
             put_array(alpha, 0, new_alpha);
             put_array(beta, 0, new_beta);
             put_array(sum, 0, parts[2]);
@@ -366,8 +367,8 @@ impl<C, D> Packet<'_, C, D> {
         Some(row.map(|(&z, &old)| u32::from(passes(test, z, old))).sum())
     }
 
-    /// Sets as many fragments as there are `old` depths, from a pixel to the right; weights change by `step` from one to the
-    /// next. Gives how many pass the depth test.
+    /// Sets as many fragments as there are `old` depths, from a pixel to the right; what weights are made of changes by `step`
+    /// from one to the next. Gives how many pass the depth test.
     #[inline(always)]
     pub(crate) fn set<const CLAMPS: bool>(
         &mut self,
