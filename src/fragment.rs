@@ -279,8 +279,8 @@ impl<'a, V: Varyings> Shading<'a, V> {
 
 /// A covered sample that passed the depth test: what the fragment closure gets.
 ///
-/// Only what is asked for is computed, once the closure is inlined. Numbers are the same bits however the frame is cut into tiles, and on
-/// every target. A function that takes one is written `fn shade(fragment: Fragment<'_, MyVaryings>) -> Color`.
+/// Only what is asked for is computed, once the closure is inlined. Numbers are the same bits however the frame is cut into
+/// tiles, and on every target. A function that takes one is written `fn shade(fragment: Fragment<'_, MyVaryings>) -> Color`.
 /// Mark it `#[inline(always)]`: a function that is called can become no SIMD, and nothing can be left out for it.
 ///
 /// # Examples
