@@ -1,9 +1,11 @@
 //! Draw calls whose machine code `check` looks at. Every closure takes one square root, of which the library has none: so
-//! a packed root is a shading loop that became SIMD. And some that show that there are no masked stores.
+//! a packed root is a shading loop that became SIMD. And some that show that there are no masked stores, and no division for
+//! who asks for no perspective.
 
 use halfplane::glam::{Vec2, Vec3, Vec4};
 use halfplane::{
-    Fragment, Primitives, Rasterizer, Surface, Varyings, Viewport, floor_to_i32, pack_rgba8, pack_srgba8,
+    Fragment, NoPerspective, Primitives, Rasterizer, Surface, Varyings, Viewport, floor_to_i32, pack_rgba8,
+    pack_srgba8,
 };
 
 /// A user's own varyings.
@@ -186,6 +188,33 @@ pub fn masked_choice(old: &mut [f32; 8], new: &[f32; 8]) {
         all[i] = if new[i] < old[i] { new[i] } else { all[i] };
     }
     *old = all;
+}
+
+/// Values that are linear on the screen need no division by 1/w.
+#[inline(never)]
+pub fn spared_naive(scene: &mut Scene<'_, NoPerspective<Vec2>>) -> bool {
+    draw(scene, |fragment, _| {
+        let uv = fragment.varyings().0;
+        pack_rgba8(Vec4::new(uv.x, uv.y, length(uv), 1.0))
+    })
+}
+
+/// Nor does who asks for depth, 1/w and the place alone, of triangles with values that nobody looks at.
+#[inline(never)]
+pub fn spared_depth(scene: &mut Scene<'_, Vec2>) -> bool {
+    draw(scene, |fragment, _| {
+        let depth = fragment.depth();
+        pack_rgba8(Vec4::new(depth, depth.sqrt(), fragment.inv_w(), fragment.x() as f32))
+    })
+}
+
+/// What shows that these can fail: perspective-correct values.
+#[inline(never)]
+pub fn divided_vec2(scene: &mut Scene<'_, Vec2>) -> bool {
+    draw(scene, |fragment, _| {
+        let uv = fragment.varyings();
+        pack_rgba8(Vec4::new(uv.x, uv.y, length(uv), 0.5))
+    })
 }
 
 /// Packing to sRGB, by powers and not by a table.
