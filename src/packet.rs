@@ -5,6 +5,7 @@
     reason = "offsets in a packet are under 2⁹, and places under 2³²"
 )]
 
+use core::ops::Range;
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use glam::{Mat4, Vec4};
@@ -430,6 +431,15 @@ pub(crate) const RAMP: [f32; PACKET] = {
     }
     ramp
 };
+
+/// The same part of several arrays, if each is as long.
+#[inline(always)]
+pub(crate) fn cut<T, const N: usize>(mut arrays: [&[T]; N], part: Range<usize>) -> Option<[&[T]; N]> {
+    for array in &mut arrays {
+        *array = array.get(part.clone())?;
+    }
+    Some(arrays)
+}
 
 /// Copies as many items as there are on both sides, and says how many.
 #[inline(always)]

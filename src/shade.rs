@@ -30,7 +30,9 @@ use crate::fan::Piece;
 use crate::fragment::{Fragment, SampleWeights, Shading};
 use crate::interpolate::Varyings;
 use crate::minute::Minute;
-use crate::packet::{NARROW, PACKET, Packet, Places, RAMP, ROW, Start, Triangle, WINDOW, copy, place_of};
+use crate::packet::{
+    NARROW, PACKET, Packet, Places, RAMP, ROW, Start, Triangle, WINDOW, copy, cut, place_of,
+};
 use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::state::Statistics;
 use crate::target::{Block, Borders, Framebuffer, lend};
@@ -192,30 +194,10 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                 return;
             };
             let lanes = begin..begin + len;
-            let (
-                Some(alpha),
-                Some(beta),
-                Some(sum),
-                Some(inv_sum),
-                Some(l),
-                Some(m),
-                Some(z),
-                Some(xs),
-                Some(ys),
-            ) = (
-                packet.alpha.get(lanes.clone()),
-                packet.beta.get(lanes.clone()),
-                packet.sum.get(lanes.clone()),
-                packet.inv_sum.get(lanes.clone()),
-                packet.l.get(lanes.clone()),
-                packet.m.get(lanes.clone()),
-                packet.z.get(lanes.clone()),
-                packet.x.get(lanes.clone()),
-                packet.y.get(lanes),
-            )
-            else {
-                return;
-            };
+            let numbers: [&[f32]; 7] =
+                [packet.alpha, packet.beta, packet.sum, packet.inv_sum, packet.l, packet.m, packet.z];
+            let Some([alpha, beta, sum, inv_sum, l, m, z]) = cut(numbers, lanes.clone()) else { return };
+            let Some([xs, ys]) = cut([&packet.x[..], &packet.y[..]], lanes) else { return };
 
             // A copy that nobody else can see: else each store to the framebuffer might change it, and the loop would load it
             // again and again.
@@ -300,30 +282,12 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             else {
                 return 0;
             };
-            let (
-                Some(alpha),
-                Some(beta),
-                Some(sum),
-                Some(inv_sum),
-                Some(l),
-                Some(m),
-                Some(z),
-                Some(xs),
-                Some(ys),
-            ) = (
-                alpha.get(..len),
-                beta.get(..len),
-                sum.get(..len),
-                inv_sum.get(..len),
-                l.get(..len),
-                m.get(..len),
-                z.get(..len),
-                xs.get(..len),
-                ys.get(..len),
-            )
+            let Some([alpha, beta, sum, inv_sum, l, m, z]) =
+                cut([alpha, beta, sum, inv_sum, l, m, z], 0..len)
             else {
                 return 0;
             };
+            let Some([xs, ys]) = cut([xs, ys], 0..len) else { return 0 };
             // Results are selected, not branched on, so that a discard vectorises too.
             for i in 0..len {
                 let at = SampleWeights {
