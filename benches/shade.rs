@@ -1,6 +1,8 @@
 //! What varyings and closures cost: a square in perspective, colour only, so that nothing else counts.
 
 mod common;
+#[path = "workloads/mod.rs"]
+mod workloads;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use halfplane::glam::{Vec2, Vec3, Vec4};
@@ -8,6 +10,8 @@ use halfplane::{
     Flat, Fragment, NoPerspective, Primitives, Rasterizer, Surface, Varyings, Viewport, floor_to_i32,
     linear_to_srgb8, pack_rgba8, pack_srgba8,
 };
+
+use workloads::{Place, Texture, lit_place, lit_texture};
 
 #[derive(Clone, Copy)]
 struct Lit {
@@ -69,10 +73,49 @@ fn main() {
             u32::from_le_bytes([linear_to_srgb8(uv.x), linear_to_srgb8(uv.y), 0, 255])
         };
         bench(criterion, "vec2_by_linear_to_srgb8", size, UVS, by_table, srgb_at);
+        // A texture of many levels, in one closure, and in two stages.
+        bench_texture(criterion, 512);
         // A number that a closure holds, or borrows: with AVX, fragments that are left over after SIMD make the difference.
         let scale = core::hint::black_box(1.0);
         bench_tiny(criterion, "tiny_by_move", size, move |f| gray(f.varyings() * scale));
         bench_tiny(criterion, "tiny_by_reference", size, |f| gray(f.varyings() * scale));
+    });
+}
+
+/// Which texels a fragment shows, and how much light. (Inlined into two draws.)
+#[inline(always)]
+fn place(f: Fragment<'_, Lit>) -> (f32, Place) {
+    let Lit { normal, uv, .. } = f.varyings();
+    lit_place(workloads::Lit { normal, uv }, f.varyings_dx().uv, f.varyings_dy().uv)
+}
+
+/// A closure that fetches: four texels of the level that derivatives say, in which most steps wait for the one before.
+fn bench_texture(criterion: &mut Criterion, size: u32) {
+    let texture = Texture::waves();
+    let rasterizer = Rasterizer::<Lit>::new(Viewport::of_size(size, size).expect("a small size"));
+    let primitives = Primitives::list().indexed(&common::SQUARE_INDICES);
+    let values = UVS.map(|uv| Lit { normal: Vec3::Z, uv, material: Flat(0) });
+    let staged = rasterizer.staged(place);
+    let one_stage = |pixels: &mut [u32]| {
+        let mut target = Surface::color_only(pixels, size, size).expect("of this size");
+        rasterizer
+            .draw(&mut target, primitives, &common::SQUARE, &values, |f| lit_texture(&texture, place(f)))
+            .expect("valid")
+    };
+    let two_stages = |pixels: &mut [u32]| {
+        let mut target = Surface::color_only(pixels, size, size).expect("of this size");
+        staged
+            .draw(&mut target, primitives, &common::SQUARE, &values, |place| lit_texture(&texture, place))
+            .expect("valid")
+    };
+    let (mut one, mut two) = (vec![0u32; (size * size) as usize], vec![0u32; (size * size) as usize]);
+    assert_eq!(one_stage(&mut one), two_stages(&mut two), "as many fragments");
+    assert!(one == two && one.iter().any(|&pixel| pixel != one[0]), "the same picture, and one");
+    let mut group = criterion.benchmark_group("shade");
+    group.throughput(Throughput::Elements(u64::from(size * size)));
+    group.bench_function(BenchmarkId::new("texture", size), |bencher| bencher.iter(|| one_stage(&mut one)));
+    group.bench_function(BenchmarkId::new("texture_staged", size), |bencher| {
+        bencher.iter(|| two_stages(&mut two));
     });
 }
 

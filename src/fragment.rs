@@ -344,6 +344,23 @@ impl<V: Varyings> Fragment<'_, V> {
         self.triangle.primitive
     }
 
+    /// This one, or another of its triangle. Both are there, and a number that nobody asks for is not chosen.
+    #[inline(always)]
+    pub(crate) fn or(self, other: &Self, is_other: bool) -> Self {
+        let either = |this: f32, other: f32| if is_other { other } else { this };
+        let (this, that) = (self.at, other.at);
+        let at = SampleWeights {
+            alpha: either(this.alpha, that.alpha),
+            beta: either(this.beta, that.beta),
+            sum: either(this.sum, that.sum),
+            inv_sum: either(this.inv_sum, that.inv_sum),
+            l: either(this.l, that.l),
+            m: either(this.m, that.m),
+        };
+        let (x, y) = if is_other { (other.x, other.y) } else { (self.x, self.y) };
+        Self { at, x, y, depth: either(self.depth, other.depth), ..self }
+    }
+
     /// Perspective weights of corners 0 and 1.
     #[inline(always)]
     fn perspective(&self) -> [f32; 2] {

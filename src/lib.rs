@@ -25,6 +25,7 @@
 //!   [`NoPerspective`] qualify them.
 //! * The picture goes to a [`Framebuffer`]: [`Surface`] over your slices, or your own memory in three lines; with
 //!   [`CoarseDepth`] around it, what is hidden is left out early.
+//! * A closure with a texture is faster in two: [`Rasterizer::staged`].
 //! * A frame in tiles or bands, one after the other or in threads of yours: [`Grid`] cuts it; [`Rasterizer::prepare`]
 //!   does the geometry once, into [`Record`]s; [`Rasterizer::bin`] says which of them touch which tile.
 //!
@@ -102,6 +103,8 @@ mod ahead;
 mod behind;
 mod upcoming;
 mod packet;
+mod columns;
+mod closure;
 mod band;
 mod shade;
 mod depth_pass;
@@ -112,12 +115,16 @@ mod rasterizer;
 mod prepared;
 mod bins;
 
+// The draws once more, with two closures.
+mod staged;
+
 // What shaders end with.
 mod convert;
 
 pub use bins::{BinError, Binned, Bins};
 pub use clip::DepthClip;
 pub use coarse::CoarseDepth;
+pub use columns::Columns;
 pub use convert::{
     floor_to_i32, linear_to_srgb8, pack_bgra8, pack_rgb565, pack_rgba8, pack_srgba8, srgb8_to_linear,
     unpack_rgba8, unpack_srgba8, wrap,
@@ -134,6 +141,7 @@ pub use primitive::{Index, IndexBuffer, Primitives, Topology};
 pub use project::{Positions, Projected, ProjectedVertex, SUBPIXELS};
 pub use rasterizer::{DrawError, Rasterizer};
 pub use setup::{Coverage, Setup};
+pub use staged::Staged;
 pub use state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 pub use target::{
     Absent, Bands, Block, Bounds, EXTENT, Framebuffer, Plane, Rect, Run, Surface, SurfaceError,

@@ -11,7 +11,7 @@ use core::sync::atomic::{Ordering, compiler_fence};
 use glam::{Mat4, Vec4};
 
 use crate::depth::{DepthFormat, DepthTest, passes};
-use crate::fragment::{SampleWeights, Shading, WeightParts, divided_lanes};
+use crate::fragment::{Fragment, SampleWeights, Shading, WeightParts, divided_lanes};
 use crate::interpolate::Varyings;
 use crate::plane::{DepthPlane, RowPlane};
 use crate::tiny::{NEGATIVE, SIDE, Tiny};
@@ -44,6 +44,45 @@ pub(crate) struct Packet<'a, C, D> {
     pub(crate) places: &'a mut [u32; PLACES],
 }
 
+/// Some samples of a packet, to be read: lane by lane what their fragments are made of.
+#[derive(Clone, Copy)]
+pub(crate) struct Samples<'a> {
+    pub(crate) alpha: &'a [f32],
+    pub(crate) beta: &'a [f32],
+    pub(crate) sum: &'a [f32],
+    pub(crate) inv_sum: &'a [f32],
+    pub(crate) l: &'a [f32],
+    pub(crate) m: &'a [f32],
+    pub(crate) z: &'a [f32],
+    pub(crate) x: &'a [i32],
+    pub(crate) y: &'a [i32],
+}
+
+impl Samples<'_> {
+    /// Some of them, if there are as many.
+    #[inline(always)]
+    pub(crate) fn part(self, lanes: Range<usize>) -> Option<Self> {
+        let Self { alpha, beta, sum, inv_sum, l, m, z, x, y } = self;
+        let [alpha, beta, sum, inv_sum, l, m, z] = cut([alpha, beta, sum, inv_sum, l, m, z], lanes.clone())?;
+        let [x, y] = cut([x, y], lanes)?;
+        Some(Self { alpha, beta, sum, inv_sum, l, m, z, x, y })
+    }
+
+    /// One of them as a fragment.
+    #[inline(always)]
+    pub(crate) fn fragment<'a, V>(self, i: usize, triangle: &'a Shading<'a, V>) -> Fragment<'a, V> {
+        let at = SampleWeights {
+            alpha: self.alpha[i],
+            beta: self.beta[i],
+            sum: self.sum[i],
+            inv_sum: self.inv_sum[i],
+            l: self.l[i],
+            m: self.m[i],
+        };
+        Fragment { triangle, at, x: self.x[i], y: self.y[i], depth: self.z[i] }
+    }
+}
+
 /// Memory that begins where a cache line does: no SIMD register of it reaches over two.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
@@ -62,7 +101,7 @@ pub(crate) struct Triangle<'a, V> {
 
 /// How many fragments of a tiny triangle are worked out at a time: as many as the shading loop will load at once. A load of what
 /// two stores have left has to wait until both have reached the cache.
-const GROUP: usize = if cfg!(target_feature = "avx") { 8 } else { 4 };
+pub(crate) const GROUP: usize = if cfg!(target_feature = "avx") { 8 } else { 4 };
 
 /// Room for the fragments of a tiny triangle. They are at most some 150, of which a group at a time is added: all of its bounds
 /// are more than enough.

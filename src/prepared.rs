@@ -19,6 +19,7 @@ use core::fmt;
 use glam::Vec4;
 
 use crate::behind::{Sight, keep_seen};
+use crate::closure::{Shade, Whole};
 use crate::depth::DepthTest;
 use crate::fan::{Fan, History, Piece, at_corners};
 use crate::fragment::{Fragment, Identity};
@@ -460,7 +461,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         R: Into<Option<F::Color>>,
     {
         let shade = move |fragment: Fragment<'_, V>, _| shade(fragment);
-        self.draw_prepared_with::<_, _, _, false>(target, records, shade)
+        self.draw_prepared_with::<_, _, false>(target, records, Whole(shade))
     }
 
     /// The fragment half of [`draw_over`](Rasterizer::draw_over): the closure is also lent the colour already there. All else is as
@@ -497,22 +498,21 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        self.draw_prepared_with::<_, _, _, true>(target, records, shade)
+        self.draw_prepared_with::<_, _, true>(target, records, Whole(shade))
     }
 
     /// The fragment half of a draw with a closure that reads the colour already there if it `BLENDS`.
     #[inline(always)]
-    fn draw_prepared_with<'r, F, S, R, const BLENDS: bool>(
+    pub(crate) fn draw_prepared_with<'r, F, S, const BLENDS: bool>(
         &self,
         target: &mut F,
         records: impl IntoIterator<Item = &'r Record<V>>,
-        shade: S,
+        closure: S,
     ) -> Statistics
     where
         V: 'r,
         F: Framebuffer,
-        S: FnMut(Fragment<'_, V>, F::Color) -> R,
-        R: Into<Option<F::Color>>,
+        S: Shade<V, F::Color>,
     {
         let (projector, area) = (self.projector(), self.render_area(target));
         // Fused: it is asked again after the last batch.
@@ -529,6 +529,6 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             fan: None,
             values: None,
         };
-        self.draw_triangles::<_, _, _, BLENDS>(target, &mut source, shade)
+        self.draw_triangles::<_, _, BLENDS>(target, &mut source, closure)
     }
 }

@@ -8,6 +8,7 @@ use glam::Vec4;
 use crate::ahead;
 use crate::behind::{Glance, Sight};
 use crate::clip::DepthClip;
+use crate::closure::{Shade, Whole};
 use crate::coarse::Coarse;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
 use crate::depth_pass::DepthPass;
@@ -255,7 +256,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     /// compiler makes SIMD of it as long as it holds no branch, no index that is checked, no float-to-integer `as` (use
     /// [`pack_rgba8`](crate::pack_rgba8) and its neighbours) and no call: in a `std` program, write
     /// `v * (1.0 / v.length_squared().sqrt())` with `f32::sqrt` or enable glam's `std` feature, because glam's own
-    /// `normalize` calls `libm` without it.
+    /// `normalize` calls `libm` without it. A closure that fetches from a texture is faster in two parts: see
+    /// [`staged`](Self::staged).
     ///
     /// # Errors
     /// When an index is out of range, when there are fewer varyings than positions, or when unindexed positions have no
@@ -292,7 +294,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         R: Into<Option<F::Color>>,
     {
         let shade = move |fragment: Fragment<'_, V>, _| shade(fragment);
-        self.draw_with::<_, _, _, _, _, _, false>(target, primitives, positions, varyings, shade)
+        self.draw_with::<_, _, _, _, _, false>(target, primitives, positions, varyings, Whole(shade))
     }
 
     /// Draws triangles with a closure that is also lent the colour already there, for blending.
@@ -329,35 +331,35 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         S: FnMut(Fragment<'_, V>, F::Color) -> R,
         R: Into<Option<F::Color>>,
     {
-        self.draw_with::<_, _, _, _, _, _, true>(target, primitives, positions, varyings, shade)
+        self.draw_with::<_, _, _, _, _, true>(target, primitives, positions, varyings, Whole(shade))
     }
 
     /// Draws triangles with a closure that reads the colour already there if it `BLENDS`.
     #[inline(always)]
-    fn draw_with<F, I, P, A, S, R, const BLENDS: bool>(
+    pub(crate) fn draw_with<F, I, P, A, S, const BLENDS: bool>(
         &self,
         target: &mut F,
         primitives: Primitives<'_, I>,
         positions: P,
         varyings: A,
-        shade: S,
+        mut closure: S,
     ) -> Result<Statistics, DrawError>
     where
         F: Framebuffer,
         I: Index,
         P: Positions,
         A: Attributes<Value = V>,
-        S: FnMut(Fragment<'_, V>, F::Color) -> R,
-        R: Into<Option<F::Color>>,
+        S: Shade<V, F::Color>,
     {
         if !HAS_FLOAT_LANES {
+            let shade = |fragment: Fragment<'_, V>, old| closure.shade(fragment, old);
             return self.draw_one_by_one(target, primitives, positions, varyings, shade);
         }
         let area = self.render_area(target);
         let triangles = checked_triangles(primitives, &positions, &varyings)?;
         let mut direct =
             Direct { geometry: self.geometry(triangles, positions, area), varyings, fan: None, values: None };
-        let mut statistics = self.draw_triangles::<_, _, _, BLENDS>(target, &mut direct, shade);
+        let mut statistics = self.draw_triangles::<_, _, BLENDS>(target, &mut direct, closure);
         statistics += direct.geometry.statistics;
         Ok(statistics)
     }
@@ -483,19 +485,19 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 
     /// The fragment half of a draw.
     #[inline(always)]
-    pub(crate) fn draw_triangles<F, S, R, const BLENDS: bool>(
+    pub(crate) fn draw_triangles<F, S, const BLENDS: bool>(
         &self,
         target: &mut F,
         source: &mut impl Source<V>,
-        shade: S,
+        mut closure: S,
     ) -> Statistics
     where
         F: Framebuffer,
-        S: FnMut(Fragment<'_, V>, F::Color) -> R,
-        R: Into<Option<F::Color>>,
+        S: Shade<V, F::Color>,
     {
         let mut statistics = Statistics::default();
         if !HAS_FLOAT_LANES {
+            let shade = |fragment: Fragment<'_, V>, old| closure.shade(fragment, old);
             let mut draw = self.one_by_one(target, shade);
             while let Some(piece) = next(source) {
                 let history = source.history(&piece);
@@ -526,8 +528,8 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         let (mut alpha, mut beta, mut sum, mut inv_sum) = (numbers(), numbers(), numbers(), numbers());
         let (mut l, mut m, mut z, mut x, mut y) =
             (numbers(), numbers(), numbers(), Aligned([0; PACKET]), Aligned([0; PACKET]));
-        let (mut colors, mut depths) =
-            (Aligned([color; PACKET]), Aligned([F::Depth::from_depth(0.0); PACKET]));
+        let mut colors = Aligned([color; PACKET]);
+        let mut depths = Aligned([F::Depth::from_depth(0.0); PACKET]);
         let mut packet = Packet {
             alpha: &mut alpha.0,
             beta: &mut beta.0,
@@ -552,7 +554,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             target_area,
             render_area,
             test,
-            shade,
+            closure,
             expects_all: true,
             coarse,
             places: &mut Places::new(),
@@ -597,7 +599,7 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 
 /// Draws a piece that came about like this, and of which this may be known already.
 #[inline(always)]
-fn draw_piece<F, T, S, V, R, const BLENDS: bool>(
+fn draw_piece<F, T, S, V, const BLENDS: bool>(
     shader: &mut Shader<'_, F, T, S, BLENDS>,
     source: &mut impl Source<V>,
     (piece, history, known): (&Piece, Option<&History>, Option<&Known>),
@@ -608,8 +610,7 @@ fn draw_piece<F, T, S, V, R, const BLENDS: bool>(
     F: Framebuffer,
     T: DepthTest,
     V: Varyings,
-    S: FnMut(Fragment<'_, V>, F::Color) -> R,
-    R: Into<Option<F::Color>>,
+    S: Shade<V, F::Color>,
 {
     if source.fetch(piece, history).is_none() {
         return;

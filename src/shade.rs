@@ -24,14 +24,15 @@ use core::hint::black_box;
 use core::ops::Range;
 
 use crate::band::Band;
+use crate::closure::{Closure, Shade};
 use crate::coarse::{Coarse, Hidden};
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fan::Piece;
-use crate::fragment::{Fragment, SampleWeights, Shading};
+use crate::fragment::Shading;
 use crate::interpolate::Varyings;
 use crate::minute::Minute;
 use crate::packet::{
-    NARROW, PACKET, Packet, Places, RAMP, ROW, Start, Triangle, WINDOW, copy, cut, place_of,
+    NARROW, PACKET, Packet, Places, RAMP, ROW, Samples, Start, Triangle, WINDOW, copy, place_of,
 };
 use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::state::Statistics;
@@ -48,7 +49,7 @@ pub(crate) struct Shader<'a, F, T, S, const BLENDS: bool> {
     pub(crate) target_area: Borders,
     pub(crate) render_area: Borders,
     pub(crate) test: T,
-    pub(crate) shade: S,
+    pub(crate) closure: S,
     /// Whether all fragments of the last stretch passed: most likely those of the next will.
     pub(crate) expects_all: bool,
     pub(crate) coarse: Coarse,
@@ -81,26 +82,10 @@ struct Dimensions {
     stride: usize,
 }
 
-impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BLENDS> {
-    /// Whether the closure may hold a reference, to a texture say, and so may read memory. For all that the compiler knows, that
-    /// is the framebuffer's, which the shading loop would write to: it would not become SIMD. So such a closure shades into the
-    /// packet's pixels, which nobody else can see; others, which hold nothing or a few numbers, spare themselves the copy.
-    ///
-    /// Nobody can be asked that, so alignment is looked at: what is aligned like a reference counts as one, a `u64` and a `Vec4`
-    /// too. A wrong guess costs time, and nothing else.
-    const MAY_READ: bool = size_of::<S>() > 0 && align_of::<S>() >= align_of::<&u8>();
-
-    /// Whether packets of tiny triangles and of gathered rows are filled up to a multiple of eight lanes, for which the closure
-    /// is not called. Up to seven fragments that are left over after SIMD, one by one, are a tenth of a fine mesh's time where
-    /// it has eight lanes; where it has four, they are a fiftieth, and with the condition closures so large that rounds are not
-    /// unrolled do not become SIMD. Not where the closure may read: what it reads may not be there where it is not called.
-    ///
-    /// A stretch that is shaded in the framebuffer is not filled up: the pixels behind it are others'.
-    const IS_PADDED: bool = cfg!(target_feature = "avx") && !Self::MAY_READ;
-
+impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F, T, S, BLENDS> {
     /// Draws a piece, of which this is known, or which lies within this outline.
     #[inline(always)]
-    pub(crate) fn draw<V, R>(
+    pub(crate) fn draw<V>(
         &mut self,
         (piece, known): (&Piece, Option<&Known>),
         outline: impl FnOnce() -> Outline,
@@ -110,8 +95,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
         statistics: &mut Statistics,
     ) where
         V: Varyings,
-        S: FnMut(Fragment<'_, V>, F::Color) -> R,
-        R: Into<Option<F::Color>>,
+        S: Shade<V, F::Color>,
     {
         let triangle = Triangle { shading, plane };
         let Piece { setup, covered, .. } = piece;
@@ -169,20 +153,21 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             let asked = end - begin;
             // How many fragments there are, and how many lanes.
             let mut count = asked;
-            let mut len = if Self::IS_PADDED { padded(count) } else { count };
+            let mut len = S::PADDING.lanes(begin, count);
             // And where it goes: into the framebuffer, or into the packet's own pixels.
             let (colors, depths) = match &work {
                 Work::Rows(_, band, at) if at.gathered.is_empty() => {
                     let run = self.target.run(at.x + begin as i32, band.y + at.row as i32, asked);
-                    // Fewer if the framebuffer lends fewer; and no padding.
+                    // Fewer if the framebuffer lends fewer.
                     count = count.min(run.color.len()).min(run.depth.len());
-                    len = count;
-                    if Self::MAY_READ {
+                    if S::MAY_READ {
+                        len = S::PADDING.lanes(begin, count);
                         if BLENDS {
-                            copy(packet.colors, run.color.get(..len).unwrap_or_default());
+                            copy(packet.colors, run.color.get(..count).unwrap_or_default());
                         }
                         (&mut packet.colors[..], &mut packet.depths[..])
                     } else {
+                        len = count;
                         (run.color, run.depth)
                     }
                 }
@@ -193,21 +178,25 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             else {
                 return;
             };
-            let lanes = begin..begin + len;
-            let numbers: [&[f32]; 7] =
-                [packet.alpha, packet.beta, packet.sum, packet.inv_sum, packet.l, packet.m, packet.z];
-            let Some([alpha, beta, sum, inv_sum, l, m, z]) = cut(numbers, lanes.clone()) else { return };
-            let Some([xs, ys]) = cut([&packet.x[..], &packet.y[..]], lanes) else { return };
+            let samples = Samples {
+                alpha: packet.alpha,
+                beta: packet.beta,
+                sum: packet.sum,
+                inv_sum: packet.inv_sum,
+                l: packet.l,
+                m: packet.m,
+                z: packet.z,
+                x: packet.x,
+                y: packet.y,
+            };
+            let Some(samples) = samples.part(begin..begin + len) else { return };
 
             // A copy that nobody else can see: else each store to the framebuffer might change it, and the loop would load it
             // again and again.
             let varyings = *shading.varyings();
             let shading = shading.with_varyings(&varyings);
-            let (shade, test) = (&mut self.shade, self.test);
-            let lost = Self::shade_packet(
-                shade, test, &shading, count, colors, depths, discarded, alpha, beta, sum, inv_sum, l, m, z,
-                xs, ys,
-            );
+            let lost =
+                self.closure.shade_packet(self.test, &shading, samples, count, colors, depths, discarded);
             statistics.fragments += count as u64;
             statistics.samples_passed += count as u64 - u64::from(lost);
             if lost > 0 {
@@ -221,103 +210,20 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
             at.has_gaps |= lost > 0 || count < asked;
             if !at.gathered.is_empty() {
                 self.write_rows(band, at, packet);
-            } else if Self::MAY_READ {
+            } else if S::MAY_READ {
                 let run = self.target.run(at.x + begin as i32, band.y + at.row as i32, asked);
-                copy(run.color, packet.colors.get(..count).unwrap_or_default());
-                if self.test.writes() {
-                    copy(run.depth, packet.depths.get(..count).unwrap_or_default());
-                }
-            }
-        }
-    }
-
-    /// Shades the first `count` of some fragments, all of which pass the depth test. Gives how many of them were discarded. The
-    /// others are padding: they get any colour, and nobody writes them out.
-    ///
-    /// A function of its own because of its arguments: that no mutable reference overlaps with another one is told to LLVM
-    /// where a function is called, and not where they are made. Without it, each loop begins with up to a hundred comparisons
-    /// of addresses; only a count of instructions would show that.
-    #[inline(always)]
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "arrays that do not overlap are told apart as arguments only"
-    )]
-    fn shade_packet<V, R>(
-        shade: &mut S,
-        test: T,
-        shading: &Shading<'_, V>,
-        count: usize,
-        colors: &mut [F::Color],
-        depths: &mut [F::Depth],
-        discarded: &mut [u32],
-        alpha: &[f32],
-        beta: &[f32],
-        sum: &[f32],
-        inv_sum: &[f32],
-        l: &[f32],
-        m: &[f32],
-        z: &[f32],
-        xs: &[i32],
-        ys: &[i32],
-    ) -> u32
-    where
-        V: Varyings,
-        S: FnMut(Fragment<'_, V>, F::Color) -> R,
-        R: Into<Option<F::Color>>,
-    {
-        let (is_padded, mut lost) = (Self::IS_PADDED && count < colors.len(), 0u32);
-        let Some(&filler) = colors.first() else { return 0 };
-        let count = count as u32 as f32;
-        // Two loops in one, of which one is skipped, so that the closure is called in one place. If it is not too large, the
-        // compiler makes two of it again, and there is nothing to choose between where there is no padding.
-        for round in 0..if Self::IS_PADDED { 2 } else { 1 } {
-            let has_padding = round == 1;
-            if has_padding != is_padded {
-                continue;
-            }
-            let len = colors.len().min(PACKET);
-            // All are as long already. Said again, for the compiler; cut from whole arrays here alone, some loops stay scalar.
-            let (Some(colors), Some(depths), Some(discarded)) =
-                (colors.get_mut(..len), depths.get_mut(..len), discarded.get_mut(..len))
-            else {
-                return 0;
-            };
-            let Some([alpha, beta, sum, inv_sum, l, m, z]) =
-                cut([alpha, beta, sum, inv_sum, l, m, z], 0..len)
-            else {
-                return 0;
-            };
-            let Some([xs, ys]) = cut([xs, ys], 0..len) else { return 0 };
-            // Results are selected, not branched on, so that a discard vectorises too.
-            for i in 0..len {
-                let at = SampleWeights {
-                    alpha: alpha[i],
-                    beta: beta[i],
-                    sum: sum[i],
-                    inv_sum: inv_sum[i],
-                    l: l[i],
-                    m: m[i],
+                // An empty slice for what is not there, and LLVM would no longer know that a texture is not the packet's pixels:
+                // loops that read both would stay scalar.
+                let (Some(colors), Some(depths)) = (packet.colors.get(..count), packet.depths.get(..count))
+                else {
+                    return;
                 };
-                let fragment = Fragment { triangle: shading, at, x: xs[i], y: ys[i], depth: z[i] };
-                let (old_color, old_depth) = (colors[i], depths[i]);
-                let depth = F::Depth::from_depth(z[i]);
-                if test.writes() {
-                    // Before the closure is called, and taken back if it discards: past a store, LLVM does not move the loads above
-                    // to where it is called. There they would be masked, one lane read and the next not, which is slow.
-                    depths[i] = depth;
+                copy(run.color, colors);
+                if self.test.writes() {
+                    copy(run.depth, depths);
                 }
-                let is_padding = has_padding && count <= RAMP[i];
-                let shaded = if is_padding { Some(filler) } else { shade(fragment, old_color).into() };
-                let is_kept = shaded.is_some();
-                colors[i] = shaded.unwrap_or(old_color);
-                if !is_kept & test.writes() {
-                    depths[i] = old_depth;
-                }
-                discarded[i] |= u32::from(!is_kept);
-                lost += u32::from(!is_kept);
             }
         }
-        lost
     }
 
     /// Gives discarded fragments of the packet the pixels that are there: they are about to be written with the others.
@@ -350,7 +256,7 @@ impl<F: Framebuffer, T: DepthTest, S, const BLENDS: bool> Shader<'_, F, T, S, BL
                         }
                     }
                 };
-                if at.gathered.is_empty() && Self::MAY_READ {
+                if at.gathered.is_empty() && S::MAY_READ {
                     restore(0, count, (at.x + begin as i32, band.y + at.row as i32), asked);
                 }
                 let mut begin = 0;
@@ -766,12 +672,6 @@ fn test_by_runs<F: Framebuffer, const N: usize>(
         }
     }
     found
-}
-
-/// How many lanes to shade for so many fragments, if packets are padded. A fragment stays alone: seven lanes more cost more.
-#[inline(always)]
-fn padded(count: usize) -> usize {
-    if count == 1 { 1 } else { count.next_multiple_of(WINDOW) }
 }
 
 /// How many of some neighbouring fragments pass the depth test. Their depths are clamped only if they have to be.

@@ -5,12 +5,13 @@ use core::ops::Range;
 
 use halfplane::glam::{Vec2, Vec4};
 use halfplane::{
-    Attributes, Binned, CoarseDepth, Computed, CullMode, Fragment, Framebuffer, Grid, IndexBuffer, Less,
-    Primitives, ProjectedVertex, Rasterizer, Record, Rect, Statistics, Surface, Varyings, Viewport,
+    Attributes, Binned, CoarseDepth, Columns, Computed, CullMode, Fragment, Framebuffer, Grid, IndexBuffer,
+    Less, Primitives, ProjectedVertex, Rasterizer, Record, Rect, Statistics, Surface, Varyings, Viewport,
 };
 
 use crate::workloads::{
-    CLEAR_COLOR, CLEAR_DEPTH, HEIGHT, Lit, Shading, WIDTH, Workload, blend, checker, lit_checker, lit_texture,
+    CLEAR_COLOR, CLEAR_DEPTH, HEIGHT, Lit, Shading, WIDTH, Workload, blend, checker, lit_checker, lit_place,
+    lit_texture,
 };
 
 halfplane::varyings!(Lit { normal, uv });
@@ -72,10 +73,14 @@ impl Canvas {
             Shading::LitChecker(varyings) => {
                 scene.draw(varyings.as_slice(), |fragment| lit_checker(fragment.varyings()))
             }
-            Shading::LitTexture(varyings, texture) => scene.draw(varyings.as_slice(), |fragment| {
-                let (dx, dy) = (fragment.varyings_dx().uv, fragment.varyings_dy().uv);
-                lit_texture(texture, fragment.varyings(), dx, dy)
-            }),
+            Shading::LitTexture(varyings, texture) => scene.draw_staged(
+                varyings.as_slice(),
+                |fragment| {
+                    let (dx, dy) = (fragment.varyings_dx().uv, fragment.varyings_dy().uv);
+                    lit_place(fragment.varyings(), dx, dy)
+                },
+                |place| lit_texture(texture, place),
+            ),
             Shading::Checker(uvs) => {
                 self.checkers.draw(scene, uvs.as_slice(), |rasterizer, target, triangles| {
                     rasterizer.draw_prepared(target, triangles, |fragment| checker(fragment.varyings()))
@@ -125,6 +130,19 @@ impl Scene<'_> {
         let rasterizer = rasterizer(self.workload);
         let vertices = rasterizer.project(positions(self.workload), self.room).expect("prepared");
         rasterizer.draw(&mut self.target, self.primitives, vertices, varyings, shade).expect("valid indices")
+    }
+
+    /// One draw call with two closures.
+    fn draw_staged<V: Varyings, M: Columns>(
+        mut self,
+        varyings: impl Attributes<Value = V>,
+        first: impl Fn(Fragment<'_, V>) -> M,
+        second: impl Fn(M) -> u32,
+    ) -> Statistics {
+        let rasterizer = rasterizer(self.workload);
+        let vertices = rasterizer.project(positions(self.workload), self.room).expect("prepared");
+        let staged = rasterizer.staged(first);
+        staged.draw(&mut self.target, self.primitives, vertices, varyings, second).expect("valid indices")
     }
 
     /// One draw call without colour.

@@ -401,13 +401,19 @@ pub fn lit_checker(varyings: Lit) -> u32 {
     bytes([red * light, green * light, blue * light, 255.0])
 }
 
-/// A mip-mapped texel under [`LIGHT`]; `dx` and `dy` are the texture coordinates' derivatives along the
-/// screen's axes.
+/// A mip-mapped texel under [`LIGHT`], in two stages. This is what it is made of: light, and a place in the texture; `dx` and `dy`
+/// are the texture coordinates' derivatives along the screen's axes.
 #[inline(always)]
 #[must_use]
-pub fn lit_texture(texture: &Texture, varyings: Lit, dx: Vec2, dy: Vec2) -> u32 {
-    let light = lambert(varyings.normal);
-    let [red, green, blue] = texture.sample(varyings.uv, dx, dy).map(|channel| channel * light);
+pub fn lit_place(varyings: Lit, dx: Vec2, dy: Vec2) -> (f32, Place) {
+    (lambert(varyings.normal), Texture::place(varyings.uv, dx, dy))
+}
+
+/// And this the colour.
+#[inline(always)]
+#[must_use]
+pub fn lit_texture(texture: &Texture, (light, place): (f32, Place)) -> u32 {
+    let [red, green, blue] = texture.color(place).map(|channel| channel * light);
     bytes([red, green, blue, 255.0])
 }
 
@@ -479,12 +485,11 @@ impl Texture {
 
     /// Red, green and blue, 0 to 255, bilinear in the nearest mip level: OpenGL's `LINEAR_MIPMAP_NEAREST`; for |uv| < 16.
     ///
-    /// From the derivatives to the last product each step waits for the one before it, so what counts is how many they are. A
-    /// row's product is of numbers that a compiler knows to have 16 bits at most: half as long as another one. Channels are mixed
-    /// as floats: SSE2 has no product of 32 bits, and those of 16 take no fewer steps.
+    /// In two parts: which texels, from the texture coordinates and their derivatives, and their mean. From the derivatives to the
+    /// last product each step waits for the one before it; cut in two, both halves are under way for more fragments.
     #[inline(always)]
     #[must_use]
-    pub fn sample(&self, uv: Vec2, dx: Vec2, dy: Vec2) -> [f32; 3] {
+    pub fn place(uv: Vec2, dx: Vec2, dy: Vec2) -> Place {
         const EXPONENT: u32 = 23;
         const ONE: u32 = 1f32.to_bits();
         // round(log₂ ρ) = ⌊log₂(2ρ²) / 2⌋, and the exponent of a float is ⌊log₂⌋. The longer step counts.
@@ -504,19 +509,36 @@ impl Texture {
         let (x, y) = (texel.x.to_bits(), texel.y.to_bits());
         let (x0, y0) = ((x >> 8) & mask, (y >> 8) & mask);
         let (x1, y1) = ((x0 + 1) & mask, (y0 + 1) & mask);
-
+        // A row's product is of numbers that a compiler knows to have 16 bits at most: half as long as another one.
         let row = |y: u32| ((side + y) & ((4 << SIDE_LOG2) - 1)) * side;
-        let fetch = |row: u32, x: u32| self.texels[(row + x) as usize & (2 * SIDE * SIDE - 1)];
         let (top, bottom) = (row(y0), row(y1));
-        let texels = [fetch(top, x0), fetch(top, x1), fetch(bottom, x0), fetch(bottom, x1)];
+        ([top + x0, top + x1, bottom + x0, bottom + x1], [x, y])
+    }
+
+    /// See [`place`](Self::place). Channels are mixed as floats: SSE2 has no product of 32 bits, and those of 16 take no fewer
+    /// steps.
+    #[inline(always)]
+    #[must_use]
+    pub fn color(&self, ([a, b, c, d], [x, y]): Place) -> [f32; 3] {
+        let texel = |index: u32| self.texels[index as usize & (2 * SIDE * SIDE - 1)];
+        let texels = [texel(a), texel(b), texel(c), texel(d)];
         let fraction = |x: u32| (x & 0xFF) as f32 * (1.0 / 256.0);
         let (s, t) = (fraction(x), fraction(y));
-        [0, 8, 16].map(|shift| {
-            let [a, b, c, d] = texels.map(|texel| (texel >> shift & 0xFF) as f32);
-            mix(mix(a, b, s), mix(c, d, s), t)
-        })
+        [bilinear(texels, 0, s, t), bilinear(texels, 8, s, t), bilinear(texels, 16, s, t)]
     }
 }
+
+/// The mean of four texels' channel. (Not a closure in an array's `map`: neither of the two is sure to be inlined.)
+#[inline(always)]
+fn bilinear([a, b, c, d]: [u32; 4], shift: u32, s: f32, t: f32) -> f32 {
+    let channel = |texel: u32| (texel >> shift & 0xFF) as f32;
+    let (top, bottom) = (mix(channel(a), channel(b), s), mix(channel(c), channel(d), s));
+    mix(top, bottom, t)
+}
+
+/// Where in a [`Texture`] a colour comes from: four texels, from the top left one on, and the column and row of the place
+/// between them, in 256ths.
+pub type Place = ([u32; 4], [u32; 2]);
 
 /// a + (b − a) t.
 #[inline(always)]

@@ -86,6 +86,46 @@ pub fn packed_texture(scene: &mut Scene<'_, Vec2>, texture: &Texture) -> bool {
     })
 }
 
+/// In two stages, with a root in one of them.
+#[inline(always)]
+fn draw_staged<const IN_FIRST: bool>(scene: &mut Scene<'_, Vec2>, texture: &Texture) -> bool {
+    let Ok(viewport) = Viewport::of_size(640, 480) else { return false };
+    let Ok(mut target) = Surface::new(scene.pixels, scene.depth, 640, 480) else { return false };
+    let rasterizer = Rasterizer::<Vec2>::new(viewport);
+    let staged = rasterizer.staged(|fragment| {
+        let uv = fragment.varyings() * 64.0;
+        let scale = if IN_FIRST { length(uv) } else { 1.0 };
+        let (x, y) = (floor_to_i32(uv.x), floor_to_i32(uv.y));
+        let index = |x: i32, y: i32| (y as u32 & 63) << 6 | x as u32 & 63;
+        let texels = [index(x, y), index(x + 1, y), index(x, y + 1), index(x + 1, y + 1)];
+        (texels, uv.x - x as f32, uv.y - y as f32, scale)
+    });
+    // Three channels of ten bits: enough for the compiler to find SIMD worth while.
+    let second = |(texels, s, t, scale): ([u32; 4], f32, f32, f32)| {
+        let [a, b, c, d] = texels;
+        let texel = |at: u32| texture.texels[at as usize & 0xfff];
+        let (a, b, c, d) = (texel(a), texel(b), texel(c), texel(d));
+        let channel = |shift: u32| {
+            let part = |texel: u32| (texel >> shift & 0x3ff) as f32 / 1023.0;
+            let (top, bottom) = (part(a) + (part(b) - part(a)) * s, part(c) + (part(d) - part(c)) * s);
+            (top + (bottom - top) * t) * scale
+        };
+        let (red, green, blue) = (channel(0), channel(10), channel(20));
+        pack_rgba8(Vec4::new(red, green, if IN_FIRST { blue } else { blue.sqrt() }, 1.0))
+    };
+    staged.draw(&mut target, Primitives::list(), scene.positions, scene.varyings, second).is_ok()
+}
+
+#[inline(never)]
+pub fn packed_first(scene: &mut Scene<'_, Vec2>, texture: &Texture) -> bool {
+    draw_staged::<true>(scene, texture)
+}
+
+#[inline(never)]
+pub fn packed_second(scene: &mut Scene<'_, Vec2>, texture: &Texture) -> bool {
+    draw_staged::<false>(scene, texture)
+}
+
 /// Selecting between results takes more instructions in SSE2, and the compiler leaves the loop as it is.
 #[inline(never)]
 pub fn avx2_discard(scene: &mut Scene<'_, Vec2>) -> bool {

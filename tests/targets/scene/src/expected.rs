@@ -28,6 +28,7 @@ pub const HASHES: &[(&str, u64)] = &[
     ("bias", 0x619c_9b2a_af2e_702d),
     ("depth_alone", 0x3d80_81a4_6d10_ba74),
     ("blend", 0x5934_99b7_ea5d_5cd2),
+    ("staged", 0xb7b5_1137_1e31_6d9b),
     ("nasty", 0x95ca_0cf7_c6f7_37d2),
     ("spans", 0x1352_873a_9a82_9c99),
     ("conversions", 0x263e_99f9_775b_8918),

@@ -154,7 +154,7 @@ impl Scene {
 }
 
 /// All of them.
-pub const SCENES: [Scene; 29] = [
+pub const SCENES: [Scene; 30] = [
     Scene { name: "perspective/rgba8/f32", draw: perspective_rgba8_f32 },
     Scene { name: "perspective/rgb565/u16", draw: perspective_rgb565_u16 },
     Scene { name: "cut/whole", draw: cut_whole },
@@ -181,6 +181,7 @@ pub const SCENES: [Scene; 29] = [
     Scene { name: "bias", draw: bias },
     Scene { name: "depth_alone", draw: depth_alone },
     Scene { name: "blend", draw: blend },
+    Scene { name: "staged", draw: staged },
     Scene { name: "nasty", draw: nasty },
     Scene { name: "spans", draw: spans },
     Scene { name: "conversions", draw: conversions },
@@ -837,6 +838,36 @@ fn blend(memory: &mut Memory, hash: &mut Hash) -> Done {
         pack_rgba8(old * 0.625 + new * 0.375)
     }));
     hash.words(memory.rgba);
+    Some(())
+}
+
+/// Shading in two stages, with a texture, discards and the colour there.
+fn staged(memory: &mut Memory, hash: &mut Hash) -> Done {
+    let rasterizer = rasterizer::<(Vec2, Vec3)>()?;
+    let values: [(Vec2, Vec3); 8] = core::array::from_fn(|i| {
+        let All { screen, color, .. } = All::of_vertex(i);
+        (screen.0, color)
+    });
+    let texels: [u32; 64] = core::array::from_fn(|i| (i as u32).wrapping_mul(0x9e37_79b1));
+    let list = Primitives::list().indexed(&CUBE);
+    let staged = rasterizer.staged(|fragment| {
+        let (uv, color) = fragment.varyings();
+        let texel = uv + fragment.varyings_dx().0;
+        ([texel.x, texel.y].map(floor_to_i32), color, fragment.is_front_facing())
+    });
+    let mut target = frame(memory)?;
+    hash.statistics(staged.draw_over(
+        &mut target,
+        list,
+        &cube(3.25),
+        &values,
+        |([x, y], color, is_front), below| {
+            let texel = texels[((y & 7) << 3 | x & 7) as usize];
+            let color = unpack_rgba8(texel ^ below) * 0.5 + color.extend(0.0) * 0.5;
+            (is_front || texel & 8 == 0).then_some(pack_rgba8(color))
+        },
+    ));
+    hash.frame32(memory);
     Some(())
 }
 
