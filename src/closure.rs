@@ -29,7 +29,8 @@ pub(crate) enum Padding {
     None,
     /// They get any colour, and the closure is not called for them.
     Skipped,
-    /// They are shaded like the others, each as if it were the first fragment.
+    /// They are shaded like the others, each as if it were the first fragment: what a closure is not called for otherwise, it is not
+    /// called for here.
     Shaded,
 }
 
@@ -248,15 +249,22 @@ impl<M: Columns, A, B> InStages<'_, M, A, B> {
         if len > PACKET || (colors.len(), depths.len(), discarded.len()) != (len, len, len) {
             return 0;
         }
+        if len == 0 {
+            return 0;
+        }
+        let one_color = colors[0];
         for i in 0..len {
             let (old_color, old_depth) = (colors[i], depths[i]);
-            let shaded: Option<C> = second(M::get(columns, i), old_color).into();
+            let is_padding = count <= RAMP[i];
+            // Behind the first fragment, as which padding is shaded: what stands there is what came out last time.
+            let below = if is_padding { one_color } else { old_color };
+            let shaded: Option<C> = second(M::get(columns, i), below).into();
             let is_kept = shaded.is_some();
             colors[i] = shaded.unwrap_or(old_color);
             if test.writes() {
                 depths[i] = if is_kept { D::from_depth(z[i]) } else { old_depth };
             }
-            let is_lost = !is_kept & (RAMP[i] < count);
+            let is_lost = !is_kept & !is_padding;
             discarded[i] |= u32::from(is_lost);
             lost += u32::from(is_lost);
         }

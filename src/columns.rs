@@ -6,15 +6,23 @@ use crate::packet::PACKET;
 
 /// What may be handed from one stage of shading to the next: see [`Staged`](crate::Staged).
 ///
-/// Numbers, `bool`, `Vec2`, `Vec3`, `Vec3A` and `Vec4`, arrays of these, and tuples of up to eight, one in the other. Each number
-/// has an array of its own, so that a whole register of them is stored and loaded at once. A struct of one's own goes as a tuple
-/// of its fields. The trait is sealed, so that there can be more to it one day.
+/// Numbers, `bool`, `Vec2`, `Vec3`, `Vec3A` and `Vec4`, arrays of these, and tuples of none to eight, one in the other. Each number
+/// has an array of its own, so that a whole register of them is stored and loaded at once. Where there is SIMD, the arrays have 256
+/// elements each, on the stack: a kilobyte for each `f32`, and 64 for a `[f32; 64]`.
+///
+/// A struct of one's own goes as a tuple of its fields, and [`Flat`](crate::Flat) or [`NoPerspective`](crate::NoPerspective) as what
+/// is in it. The trait is sealed, so that there can be more to it one day.
 ///
 /// ```
 /// fn is_handed_on<T: halfplane::Columns>() {}
 /// is_handed_on::<f32>();
 /// is_handed_on::<(glam::Vec3, [u32; 4], bool)>();
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot be handed from one stage of shading to the next",
+    label = "hand on numbers, glam's vectors, arrays and tuples of them",
+    note = "of a struct, hand on a tuple of its fields; of `Flat` and `NoPerspective`, what is in them"
+)]
 pub trait Columns: sealed::Columns {}
 
 impl<T: sealed::Columns> Columns for T {}
@@ -110,6 +118,20 @@ macro_rules! vectors {
 
 vectors!(Vec2: 2, Vec3: 3, Vec3A: 3, Vec4: 4);
 
+/// None.
+impl sealed::Columns for () {
+    type Arrays = ();
+
+    const BLANK: () = ();
+    const EMPTY: () = ();
+
+    #[inline(always)]
+    fn put(self, (): &mut (), _: usize) {}
+
+    #[inline(always)]
+    fn get((): &(), _: usize) {}
+}
+
 /// Those of all fields.
 macro_rules! tuples {
     ($($($field:ident $i:tt)*;)*) => { $(
@@ -152,11 +174,16 @@ mod tests {
 
     #[test]
     fn each_value_comes_back_from_its_place() {
-        type Value = (Vec2, [u16; 3], bool, (f64, (Vec3, Vec3A), Vec4, u8, i64));
+        type Value = (Vec2, [u16; 3], bool, (f64, (Vec3, Vec3A), Vec4, u8, i64, ()));
         let value = |i: usize| -> Value {
             let x = i as f32;
             let (vectors, many) = ((Vec3::splat(x + 0.5), Vec3A::splat(-x)), [i as u16, 7, 2 * i as u16]);
-            (Vec2::new(x, 9.0), many, i % 3 == 0, (x.into(), vectors, Vec4::splat(x), i as u8, -(i as i64)))
+            (
+                Vec2::new(x, 9.0),
+                many,
+                i % 3 == 0,
+                (x.into(), vectors, Vec4::splat(x), i as u8, -(i as i64), ()),
+            )
         };
         let mut arrays = Value::EMPTY;
         for i in 0..PACKET {

@@ -160,33 +160,35 @@ proptest! {
         prop_assert!(one.1 == two.1, "depths of way {} into {}", scene.way, scene.target);
     }
 
-    /// Which fragments the closures see, each number of them, and perhaps some of them again.
+    /// Which fragments the closures see, each number of them, and over which colour; and perhaps some of them again.
     #[test]
     fn closures_see_every_fragment_and_nothing_else(seed in any::<u64>()) {
         let scene = Scene::new(seed);
         let (list, positions, values) = (Primitives::list(), &scene.positions[..], &scene.values[..]);
         let Frame { width, height } = scene.frame;
-        let (mut colors, mut depths) = scene.memory.clone();
+        // As many layers as there are: so each colour says how often its pixel was drawn.
+        let (mut colors, mut depths) = (vec![0u8; scene.frame.len()], scene.memory.1.clone());
         let mut target = Surface::new(&mut colors, &mut depths, width, height).expect("it fits");
         let mut expected = BTreeSet::new();
-        scene.rasterizer.draw(&mut target, list, positions, values, |f| {
-            expected.insert(Told::of(&f));
-            f.x().unsigned_abs()
+        scene.rasterizer.draw_over(&mut target, list, positions, values, |f, below| {
+            expected.insert((Told::of(&f), below));
+            below + 1
         }).expect("legal");
 
-        let (mut colors, mut depths) = scene.memory.clone();
-        let mut target = Surface::new(&mut colors, &mut depths, width, height).expect("it fits");
+        let (mut again, mut depths) = (vec![0u8; scene.frame.len()], scene.memory.1.clone());
+        let mut target = Surface::new(&mut again, &mut depths, width, height).expect("it fits");
         let (seen, handed_on) = (RefCell::new(Vec::new()), RefCell::new(BTreeSet::new()));
         let staged = scene.rasterizer.staged(|f| {
             seen.borrow_mut().push(Told::of(&f));
             seen.borrow().len() - 1
         });
-        staged.draw(&mut target, list, positions, values, |number| {
-            handed_on.borrow_mut().insert(seen.borrow()[number]);
-            0
+        staged.draw_over(&mut target, list, positions, values, |number, below| {
+            handed_on.borrow_mut().insert((seen.borrow()[number], below));
+            below + 1
         }).expect("legal");
         let seen: BTreeSet<Told> = seen.borrow().iter().copied().collect();
-        prop_assert_eq!(&seen, &expected, "by the first");
+        prop_assert_eq!(seen, expected.iter().map(|(told, _)| *told).collect(), "by the first");
         prop_assert_eq!(&*handed_on.borrow(), &expected, "by the second");
+        prop_assert_eq!(again, colors, "layers");
     }
 }
