@@ -28,6 +28,11 @@ pub trait Columns: sealed::Columns {}
 impl<T: sealed::Columns> Columns for T {}
 
 mod sealed {
+    #[diagnostic::on_unimplemented(
+        message = "`{Self}` cannot be handed from one stage of shading to the next",
+        label = "hand on numbers, glam's vectors, arrays and tuples of them",
+        note = "of a struct, hand on a tuple of its fields; of `Flat` and `NoPerspective`, what is in them"
+    )]
     pub trait Columns: Copy {
         /// The values of as many fragments as there are in a packet.
         type Arrays: Copy;
