@@ -17,13 +17,12 @@ pub(crate) trait Closure {
     /// pixels, which nobody else can see; others, which hold nothing or a few numbers, spare themselves the copy.
     const MAY_READ: bool;
 
-    /// What becomes of the lanes up to the next multiple of [`GROUP`]. (A stretch that is shaded in the framebuffer has none: the pixels
-    /// behind it are others'.)
+    /// What becomes of the lanes up to the next multiple of [`GROUP`], where fragments are shaded in the packet.
     const PADDING: Padding;
 }
 
 /// See [`Closure::PADDING`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) enum Padding {
     /// There are none: what is left over after SIMD is shaded one by one.
     None,
@@ -246,17 +245,15 @@ impl<M: Columns, A, B> InStages<'_, M, A, B> {
         B: Fn(M, C) -> R,
     {
         let (len, count, mut lost) = (z.len(), count as u32 as f32, 0);
-        if len > PACKET || (colors.len(), depths.len(), discarded.len()) != (len, len, len) {
-            return 0;
-        }
-        if len == 0 {
+        // All are as long, and none is empty. Said again, for the compiler.
+        if len == 0 || len > PACKET || (colors.len(), depths.len(), discarded.len()) != (len, len, len) {
             return 0;
         }
         let one_color = colors[0];
         for i in 0..len {
             let (old_color, old_depth) = (colors[i], depths[i]);
             let is_padding = count <= RAMP[i];
-            // Behind the first fragment, as which padding is shaded: what stands there is what came out last time.
+            // Padding is the first fragment again, over the same colour: what stands in its own lane came out of another packet.
             let below = if is_padding { one_color } else { old_color };
             let shaded: Option<C> = second(M::get(columns, i), below).into();
             let is_kept = shaded.is_some();

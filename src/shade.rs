@@ -167,6 +167,8 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
                         }
                         (&mut packet.colors[..], &mut packet.depths[..])
                     } else {
+                        // No padding: the pixels behind it are others'. (Said here, not once behind the `match`: with AVX2, some
+                        // loops would load masked lanes then.)
                         len = count;
                         (run.color, run.depth)
                     }

@@ -126,6 +126,28 @@ pub fn packed_second(scene: &mut Scene<'_, Vec2>, texture: &Texture) -> bool {
     draw_staged::<false>(scene, texture)
 }
 
+/// Two draws of one [`halfplane::Staged`]: the attribute brings its closure into both.
+#[inline(never)]
+pub fn packed_staged_twice(scene: &mut Scene<'_, Lit>) -> bool {
+    let Ok(viewport) = Viewport::of_size(640, 480) else { return false };
+    let Ok(mut target) = Surface::new(scene.pixels, scene.depth, 640, 480) else { return false };
+    let rasterizer = Rasterizer::<Lit>::new(viewport);
+    let staged = rasterizer.staged(
+        #[inline(always)]
+        |fragment| large(fragment),
+    );
+    staged.draw(&mut target, Primitives::list(), scene.positions, scene.varyings, |color: u32| color).is_ok()
+        & staged
+            .draw_over(
+                &mut target,
+                Primitives::list(),
+                scene.positions,
+                scene.varyings,
+                |color: u32, below| color ^ below,
+            )
+            .is_ok()
+}
+
 /// Selecting between results takes more instructions in SSE2, and the compiler leaves the loop as it is.
 #[inline(never)]
 pub fn avx2_discard(scene: &mut Scene<'_, Vec2>) -> bool {
