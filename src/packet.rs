@@ -8,7 +8,7 @@
 use core::ops::Range;
 use core::sync::atomic::{Ordering, compiler_fence};
 
-use glam::{Mat4, Vec4};
+use glam::{Vec2, Vec4};
 
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::fragment::{Fragment, SampleWeights, Shading, WeightParts, divided_lanes};
@@ -169,12 +169,13 @@ impl<const COUNT: usize, const LANES: usize> Words<COUNT, LANES> {
     }
 }
 
-/// The columns and rows of a word's lanes, in rows of `lanes`; and of none. (Four numbers: so they are loaded at once.)
-const fn offsets(lanes: usize) -> [Vec4; 65] {
-    let (mut offsets, mut lane) = ([Vec4::ZERO; 65], 0);
-    while lane < 64 {
-        offsets[lane] = Vec4::new((lane % lanes) as f32, (lane / lanes) as f32, 0.0, 0.0);
-        lane += 1;
+/// The columns and rows of the lanes of up to four words, in rows of `lanes`; and of none. (In pairs: each is one load, and four
+/// of them come apart in six steps.)
+const fn offsets(lanes: usize) -> [[Vec2; 65]; 4] {
+    let (mut offsets, mut at) = ([[Vec2::ZERO; 65]; 4], 0);
+    while at < 4 * 64 {
+        offsets[at / 64][at % 64] = Vec2::new((at % lanes) as f32, (at / lanes) as f32);
+        at += 1;
     }
     offsets
 }
@@ -224,7 +225,8 @@ impl<C, D> Packet<'_, C, D> {
     where
         D: DepthFormat,
     {
-        let (Some(places_of), offsets_of) = (words.get(first * N / 64), const { &offsets(N) }) else {
+        let word = first * N / 64;
+        let (Some(places_of), Some(offsets_of)) = (words.get(word), const { &offsets(N) }.get(word)) else {
             return filled;
         };
         let mut left = lanes.count_ones() as usize;
@@ -240,7 +242,7 @@ impl<C, D> Packet<'_, C, D> {
                     // The second half of the last group, if nothing is left for it: what is in its lanes stays out of `all`.
                     break;
                 }
-                let mut offsets = [Vec4::ZERO; 4];
+                let mut offsets = [Vec2::ZERO; 4];
                 for (i, offset) in offsets.iter_mut().enumerate() {
                     // Which lanes they are, no predictor can tell: the next one is found without a branch.
                     let lane = lanes.trailing_zeros() as usize;
@@ -255,8 +257,8 @@ impl<C, D> Packet<'_, C, D> {
                     }
                 }
                 let [a, b, c, d] = offsets;
-                let transposed = Mat4::from_cols(a, b, c, d).transpose();
-                let (x, y) = (transposed.x_axis.to_array(), (transposed.y_axis + first as f32).to_array());
+                let (ab, cd) = (Vec4::from((a, b)), Vec4::from((c, d)));
+                let (x, y) = ([ab.x, ab.z, cd.x, cd.z], [ab.y, ab.w, cd.y, cd.w]);
                 for i in 0..4 {
                     (columns[four + i], rows[four + i]) = (x[i], y[i]);
                 }

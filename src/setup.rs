@@ -32,11 +32,11 @@ use crate::triple::each;
 /// assert_eq!(spans, [(0, 0, 3), (1, 0, 2), (2, 0, 1)]); // the samples on the slanted right edge are out
 /// ```
 #[derive(Clone, Copy, Debug)]
+#[repr(C)] // With its place last, LLVM would gather that and the next three numbers of a piece, to store them at once.
 pub struct Setup {
+    /// Which of the caller's vertices each corner is: a place in [`ORDERS`].
+    place: usize,
     corners: [ProjectedVertex; 3],
-    /// Which of the caller's vertices each corner is.
-    order: [u8; 3],
-    is_counter_clockwise: bool,
     area2: i64,
 }
 
@@ -86,12 +86,7 @@ pub(crate) fn sample_bounds(a: ProjectedVertex, b: ProjectedVertex, c: Projected
 
 impl Setup {
     /// None at all.
-    pub(crate) const BLANK: Self = Self {
-        corners: [ProjectedVertex::BLANK; 3],
-        order: [0, 1, 2],
-        is_counter_clockwise: false,
-        area2: 1,
-    };
+    pub(crate) const BLANK: Self = Self { place: 0, corners: [ProjectedVertex::BLANK; 3], area2: 1 };
 
     /// Sets up a triangle. `None` when it has no area on the subpixel grid, or when a vertex has to be clipped first.
     #[must_use]
@@ -107,19 +102,20 @@ impl Setup {
     /// Sets up a triangle whose area is known and not zero.
     #[inline(always)]
     pub(crate) fn with_area2([a, b, c]: [ProjectedVertex; 3], area2: i64) -> Self {
-        let is_counter_clockwise = area2 < 0;
-        let ((b, ib), (c, ic)) = if is_counter_clockwise { ((c, 2), (b, 1)) } else { ((b, 1), (c, 2)) };
+        // Vertices in clockwise order, each with the place of the order that starts with it.
+        let [(a, from_a), (b, from_b), (c, from_c)] =
+            if area2 < 0 { [(a, 3), (c, 5), (b, 4)] } else { [(a, 0), (b, 1), (c, 2)] };
         // Higher, or as high and farther left.
-        let place = |v: ProjectedVertex| (i64::from(v.y()) << 32) + i64::from(v.x());
-        let (pa, pb, pc) = (place(a), place(b), place(c));
-        let (corners, order) = if pa <= pb && pa <= pc {
-            ([a, b, c], [0, ib, ic])
-        } else if pb < pc {
-            ([b, c, a], [ib, ic, 0])
+        let rank = |v: ProjectedVertex| (i64::from(v.y()) << 32) + i64::from(v.x());
+        let (ra, rb, rc) = (rank(a), rank(b), rank(c));
+        let (place, corners) = if ra <= rb && ra <= rc {
+            (from_a, [a, b, c])
+        } else if rb < rc {
+            (from_b, [b, c, a])
         } else {
-            ([c, a, b], [ic, 0, ib])
+            (from_c, [c, a, b])
         };
-        Self { corners, order, is_counter_clockwise, area2: area2.abs() }
+        Self { place, corners, area2: area2.abs() }
     }
 
     /// The setup whose [`corners`](Self::corners) these are, the caller's vertices in the order of this place in
@@ -127,14 +123,14 @@ impl Setup {
     #[inline(always)]
     pub(crate) fn of_corners(corners: [ProjectedVertex; 3], place: u8) -> Self {
         let [a, b, c] = corners;
-        let order = ORDERS.get(usize::from(place)).copied().unwrap_or_default();
-        Self { corners, order, is_counter_clockwise: place >= 3, area2: signed_area2(a, b, c) }
+        Self { place: usize::from(place), corners, area2: signed_area2(a, b, c) }
     }
 
     /// The place in [`ORDERS`] of its order.
     #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, reason = "0 to 5")]
     pub(crate) fn place(&self) -> u8 {
-        self.order[0] + if self.is_counter_clockwise { 3 } else { 0 }
+        self.place as u8
     }
 
     /// Its vertices in canonical order: clockwise as displayed, the topmost first.
@@ -148,7 +144,7 @@ impl Setup {
     #[inline(always)]
     #[must_use]
     pub fn order(&self) -> [u8; 3] {
-        self.order
+        ORDERS.get(self.place).copied().unwrap_or_default()
     }
 
     /// Twice its area in squared subpixels, at least 1.
@@ -162,7 +158,7 @@ impl Setup {
     #[inline(always)]
     #[must_use]
     pub fn is_counter_clockwise(&self) -> bool {
-        self.is_counter_clockwise
+        self.place >= 3
     }
 
     /// The pixels that it may cover: those whose samples lie in its bounding box.

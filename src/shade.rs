@@ -121,9 +121,6 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
                 },
             };
             if let Some((tiny, covered)) = tiny {
-                if tiny.is_empty() {
-                    return;
-                }
                 let (len, block) = self.fill_tiny(tiny, covered, triangle, packet);
                 if len == 0 {
                     return;
@@ -311,8 +308,18 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
         triangle: Triangle<'_, V>,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> (usize, Option<Dimensions>) {
-        let (width, height) = (tiny.width(self.target_area), tiny.rows as usize);
         let is_narrow = tiny.lanes <= tiny::NARROW_WINDOW;
+        let covered = match covered {
+            Some(covered) => covered,
+            None if is_narrow & !tiny.is_empty() => tiny.covered_lanes(),
+            None => [0; 2],
+        };
+        // (One comparison where most are narrow, and its outcome is known early.)
+        let is_empty = if is_narrow { covered == [0; 2] } else { tiny.is_empty() };
+        if is_empty {
+            return (0, None);
+        }
+        let (width, height) = (tiny.width(self.target_area), tiny.rows as usize);
         let lent = if is_narrow { lend(self.target, (tiny.x, tiny.y), (width, height)) } else { None };
         let mut filled = 0;
         let dimensions;
@@ -323,10 +330,6 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
             let depth = &*depth;
             let read = |place: u32| depth.get(place as usize).copied();
             let places = self.places.narrow.with_stride(stride);
-            let covered = match covered {
-                Some(covered) => covered,
-                None => tiny.covered_lanes(),
-            };
             for (word, lanes) in covered.into_iter().enumerate() {
                 filled = packet.put_lanes::<_, 8, true>(
                     filled,

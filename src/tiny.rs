@@ -97,6 +97,8 @@ pub(crate) struct Tiny {
     b: [f32; 4],
     c: [f32; 4],
     least: [f32; 4],
+    /// Twice its area, what all three edge functions add up to everywhere.
+    area2: f32,
 }
 
 impl Tiny {
@@ -113,6 +115,7 @@ impl Tiny {
         b: [0.0; 4],
         c: [0.0; 4],
         least: [0.0; 4],
+        area2: 0.0,
     };
 
     /// The windows of a tiny triangle with these bounds, in a framebuffer that has `target`, of which `area` may be drawn to.
@@ -141,7 +144,20 @@ impl Tiny {
         let least = Vec4::select(is_top_left, Vec4::ZERO, Vec4::ONE).to_array();
         let (a, b, c) = ((a * 256.0).to_array(), (b * 256.0).to_array(), c.to_array());
         let (left, right) = (drawn.left - x, drawn.right - x);
-        Self { x, y, rows, lanes, left, right, dx: (x - bounds.left) as f32, a, b, c, least }
+        Self {
+            x,
+            y,
+            rows,
+            lanes,
+            left,
+            right,
+            dx: (x - bounds.left) as f32,
+            a,
+            b,
+            c,
+            least,
+            area2: setup.area2() as f32,
+        }
     }
 
     /// Whether no pixel may be drawn to.
@@ -269,25 +285,36 @@ impl Tiny {
         let mut row = self.first_row::<N>();
         // Depth is not made of these, so the least value that covers is taken off edge 0 as well. (Of edge 1, a left one, it is 0.)
         row.edges[0] -= self.least[0];
-        let mut found = [0; 2];
-        for (word, lanes) in found.iter_mut().enumerate() {
-            let rows = (self.rows as usize).saturating_sub(8 * word).min(8);
-            let (mut outside, mut shift) = (0, 0);
-            while shift < 8 * rows {
-                // There may be one too many, whose numbers need not be exact.
-                for _ in 0..ROWS {
-                    for quarter in 0..N / 4 {
-                        let [a, b, c] = self.edges::<N>(row, quarter);
-                        let others = a.min(b).min(c).is_negative_bitmask();
-                        outside |= u64::from(others) << (shift + 4 * quarter);
-                    }
-                    (row, shift) = (self.next_row(row), shift + 8);
+        let rows = self.rows as usize;
+        let (first, row) = self.covered_word::<N>(row, rows.min(8));
+        [first, if rows > 8 { self.second_word::<N>(row, rows - 8) } else { 0 }]
+    }
+
+    /// The second word, apart: few triangles have more than eight rows. (By value, so that nothing has to be in memory for the sake
+    /// of this.)
+    #[cold]
+    #[inline(never)]
+    fn second_word<const N: usize>(self, row: Row, rows: usize) -> u64 {
+        self.covered_word::<N>(row, rows.min(8)).0
+    }
+
+    /// The covered lanes of so many rows, 1 to 8; and the row after them.
+    #[inline(always)]
+    fn covered_word<const N: usize>(&self, mut row: Row, rows: usize) -> (u64, Row) {
+        let (mut outside, mut shift) = (0, 0);
+        while shift < 8 * rows {
+            // There may be one too many, whose numbers need not be exact.
+            for _ in 0..ROWS {
+                for quarter in 0..N / 4 {
+                    let [a, b, c] = self.edges::<N>(row, quarter);
+                    let others = a.min(b).min(c).is_negative_bitmask();
+                    outside |= u64::from(others) << (shift + 4 * quarter);
                 }
+                (row, shift) = (self.next_row(row), shift + 8);
             }
-            let is_row = if rows > 0 { u64::MAX >> (64 - 8 * rows) } else { 0 };
-            *lanes = is_row & (u64::from(self.may_draw()) * 0x0101_0101_0101_0101) & !outside;
         }
-        found
+        let is_row = u64::MAX >> (64 - 8 * rows);
+        (is_row & (u64::from(self.may_draw()) * 0x0101_0101_0101_0101) & !outside, row)
     }
 
     /// Those of some lanes of a row that are covered and pass the depth test against `old`, a bit each.
@@ -316,10 +343,15 @@ impl Tiny {
     #[inline(always)]
     pub(crate) fn edges_at<const N: usize>(&self, columns: [f32; N], rows: [f32; N]) -> [[f32; N]; 3] {
         let mut edges = [[0.0; N]; 3];
-        for (edge, ((a, b), c)) in edges.iter_mut().zip(self.a.iter().zip(&self.b).zip(&self.c)) {
+        for (edge, ((a, b), c)) in edges.iter_mut().zip(self.a.iter().zip(&self.b).zip(&self.c)).take(2) {
             for i in 0..N {
                 edge[i] = (columns[i] + self.dx) * a + (rows[i] * b + c);
             }
+        }
+        // What these two leave of the area: fewer steps, and exact as well.
+        let [p, q, r] = &mut edges;
+        for i in 0..N {
+            r[i] = (self.area2 - p[i]) - q[i];
         }
         edges
     }
@@ -411,6 +443,11 @@ mod tests {
                         .map(|lane| tiny.pixel((lane as i32 % 8, lane as i32 / 8)))
                         .collect();
                     assert_eq!(found, covered, "without rows: {setup:?} in {frame:?}");
+                    for &(x, y) in &covered {
+                        let at = tiny.edges_at([(x - tiny.x) as f32], [(y - tiny.y) as f32]);
+                        let exact = edges.map(|edge| [edge.at(x, y) as f32]);
+                        assert_eq!(at, exact, "of one sample: {setup:?} at {x} {y}");
+                    }
                     let depth = DepthPlane::new::<f32>(&setup, None, (0.0, 1.0));
                     let (mut row, mut found) = (tiny.first_eight(), Vec::new());
                     for y in 0..tiny.rows {
