@@ -228,7 +228,7 @@ impl<I: Index> Batch<'_, I> {
 mod verdict {
     pub(super) const ORDER: u32 = 0b111;
     /// Added to the place of the first vertex.
-    pub(super) const COUNTER_CLOCKWISE: u32 = 3;
+    pub(super) const COUNTER_CLOCKWISE: u32 = crate::setup::COUNTER_CLOCKWISE as u32;
     pub(super) const UNDECIDED: u32 = 1 << 4;
     pub(super) const TINY: u32 = 1 << 5;
     pub(super) const COVERED_SHIFT: u32 = 8;

@@ -15,7 +15,7 @@ use crate::interpolate::Varyings;
 use crate::plane::{DepthPlane, RowPlane};
 use crate::primitive::{Index, Triangle, Triangles};
 use crate::project::{Positions, ProjectedVertex, Projector, is_invalid};
-use crate::setup::{ORDERS, Setup, sample_bounds, signed_area2};
+use crate::setup::{COUNTER_CLOCKWISE, ORDERS, Setup, sample_bounds, signed_area2};
 use crate::state::Statistics;
 use crate::target::{Borders, Framebuffer};
 use crate::tiny::is_tiny;
@@ -147,7 +147,7 @@ impl Part {
         } else {
             2
         };
-        let place = first + if is_counter_clockwise { 3 } else { 0 };
+        let place = first + if is_counter_clockwise { COUNTER_CLOCKWISE } else { 0 };
         let order = ORDERS.get(usize::from(place)).copied().unwrap_or_default();
         let corners = each(order, |i| self.corners.get(usize::from(i)).copied().unwrap_or_default());
         Setup::of_corners(corners, place)

@@ -169,11 +169,10 @@ impl<const COUNT: usize, const LANES: usize> Words<COUNT, LANES> {
     }
 }
 
-/// The columns and rows of the lanes of up to four words, in rows of `lanes`; and of none. (In pairs: each is one load, and four
-/// of them come apart in six steps.)
-const fn offsets(lanes: usize) -> [[Vec2; 65]; 4] {
-    let (mut offsets, mut at) = ([[Vec2::ZERO; 65]; 4], 0);
-    while at < 4 * 64 {
+/// The columns and rows of the same lanes, and of no lane. (In pairs: each is one load, and four of them come apart in six steps.)
+const fn offsets<const COUNT: usize>(lanes: usize) -> [[Vec2; 65]; COUNT] {
+    let (mut offsets, mut at) = ([[Vec2::ZERO; 65]; COUNT], 0);
+    while at < 64 * COUNT {
         offsets[at / 64][at % 64] = Vec2::new((at % lanes) as f32, (at / lanes) as f32);
         at += 1;
     }
@@ -209,24 +208,24 @@ impl<C, D> Packet<'_, C, D> {
         }
     }
 
-    /// Adds those of some lanes of a tiny triangle's windows, a word in rows of `N` from row `first` on, that pass the depth
-    /// test against what is `read` at their places, or all of them without. Gives how many fragments there are then. A group is
+    /// Adds those of some lanes of a tiny triangle's windows, of one word in rows of `N`, that pass the depth test against what is `read` at their places, or all of them without. Gives how many fragments there are then. A group is
     /// worked out at a time, so what follows is overwritten.
     #[inline(always)]
-    pub(crate) fn put_lanes<V: Varyings, const N: usize, const TESTS: bool>(
+    pub(crate) fn put_lanes<V: Varyings, const N: usize, const COUNT: usize, const TESTS: bool>(
         &mut self,
         mut filled: usize,
-        (mut lanes, first): (u64, usize),
+        (mut lanes, word): (u64, usize),
         tiny: &Tiny,
         Triangle { shading, plane }: Triangle<'_, V>,
-        words: &[[u32; 65]],
+        words: &[[u32; 65]; COUNT],
         (test, mut read): (impl DepthTest, impl FnMut(u32) -> Option<D>),
     ) -> usize
     where
         D: DepthFormat,
     {
-        let word = first * N / 64;
-        let (Some(places_of), Some(offsets_of)) = (words.get(word), const { &offsets(N) }.get(word)) else {
+        let first = word * (64 / N);
+        let (Some(places_of), Some(offsets_of)) = (words.get(word), const { &offsets::<COUNT>(N) }.get(word))
+        else {
             return filled;
         };
         let mut left = lanes.count_ones() as usize;

@@ -32,9 +32,12 @@ use crate::triple::each;
 /// assert_eq!(spans, [(0, 0, 3), (1, 0, 2), (2, 0, 1)]); // the samples on the slanted right edge are out
 /// ```
 #[derive(Clone, Copy, Debug)]
-#[repr(C)] // With its place last, LLVM would gather that and the next three numbers of a piece, to store them at once.
+#[repr(C)] // So that the place comes first: see there.
 pub struct Setup {
     /// Which of the caller's vertices each corner is: a place in [`ORDERS`].
+    ///
+    /// (At the end, LLVM would gather it and the three vertex numbers that follow in a `Piece` in one register, to store them at once,
+    /// which takes longer. As large as these, so that no padding is copied.)
     place: usize,
     corners: [ProjectedVertex; 3],
     area2: i64,
@@ -51,8 +54,11 @@ pub enum Coverage {
     Full,
 }
 
+/// From this place in [`ORDERS`] on, vertices turn counter-clockwise as displayed.
+pub(crate) const COUNTER_CLOCKWISE: u8 = 3;
+
 /// Orders of a triangle's vertices as corners: of one that turns clockwise, starting with vertex 0, 1 or 2, and of one that
-/// turns counter-clockwise.
+/// turns counter-clockwise, starting with vertex 0, 1 or 2.
 pub(crate) const ORDERS: [[u8; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [1, 0, 2], [2, 1, 0]];
 
 /// Twice the signed area, in squared subpixels: positive when the vertices turn clockwise as displayed, y down.
@@ -158,7 +164,7 @@ impl Setup {
     #[inline(always)]
     #[must_use]
     pub fn is_counter_clockwise(&self) -> bool {
-        self.place >= 3
+        self.place >= usize::from(COUNTER_CLOCKWISE)
     }
 
     /// The pixels that it may cover: those whose samples lie in its bounding box.
@@ -266,7 +272,8 @@ mod tests {
                     "{points:?}"
                 );
                 let again = Setup::of_corners(setup.corners(), setup.place());
-                assert_eq!((again.order(), again.area2()), (setup.order(), setup.area2()), "from corners");
+                let all = |setup: Setup| (setup.order(), setup.area2(), setup.is_counter_clockwise());
+                assert_eq!(all(again), all(setup), "from corners");
                 let named = setup.order().map(|i| permuted[usize::from(i)]);
                 assert_eq!(named, setup.corners(), "order names the caller's vertices");
             }

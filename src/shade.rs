@@ -298,8 +298,8 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
         filled
     }
 
-    /// Fills a packet with the fragments of a tiny triangle that pass the depth test. Gives how many, and the block that they
-    /// are in.
+    /// Fills a packet with the fragments of a tiny triangle that pass the depth test, whose lanes that are
+    /// [`covered`](Known::covered_lanes) may be known. Gives how many, and the block that they are in.
     #[inline(always)]
     fn fill_tiny<V: Varyings>(
         &mut self,
@@ -309,31 +309,34 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> (usize, Option<Dimensions>) {
         let is_narrow = tiny.lanes <= tiny::NARROW_WINDOW;
-        let covered = match covered {
-            Some(covered) => covered,
-            None if is_narrow & !tiny.is_empty() => tiny.covered_lanes(),
-            None => [0; 2],
+        // (Of a narrow one that was set up ahead, its lanes alone tell that nothing may be drawn to, or that nothing is covered.)
+        let is_empty = match covered {
+            Some(covered) if is_narrow => covered == [0; 2],
+            _ => tiny.is_empty(),
         };
-        // (One comparison where most are narrow, and its outcome is known early.)
-        let is_empty = if is_narrow { covered == [0; 2] } else { tiny.is_empty() };
         if is_empty {
             return (0, None);
         }
+        debug_assert!(!tiny.is_empty(), "of {tiny:?}");
         let (width, height) = (tiny.width(self.target_area), tiny.rows as usize);
         let lent = if is_narrow { lend(self.target, (tiny.x, tiny.y), (width, height)) } else { None };
         let mut filled = 0;
         let dimensions;
         if let Some(Block { depth, stride, .. }) = lent {
-            // How many samples are covered is known without a look at the memory: a loop's end that is guessed wrong has not to
-            // wait for it.
+            // How many samples are covered is known without a look at the memory: a loop's end that is guessed wrong does not
+            // have to wait for it.
             dimensions = Some(Dimensions { width, height, stride });
             let depth = &*depth;
             let read = |place: u32| depth.get(place as usize).copied();
             let places = self.places.narrow.with_stride(stride);
+            let covered = match covered {
+                Some(covered) => covered,
+                None => tiny.covered_lanes(),
+            };
             for (word, lanes) in covered.into_iter().enumerate() {
-                filled = packet.put_lanes::<_, 8, true>(
+                filled = packet.put_lanes::<_, 8, 2, true>(
                     filled,
-                    (lanes, 8 * word),
+                    (lanes, word),
                     tiny,
                     triangle,
                     places,
@@ -353,9 +356,9 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
             let places = self.places.wide.with_stride(dimensions.map_or(ROW, |block| block.stride));
             for (word, lanes) in passing.into_iter().enumerate() {
                 let read = |_| None;
-                filled = packet.put_lanes::<_, 16, false>(
+                filled = packet.put_lanes::<_, 16, 4, false>(
                     filled,
-                    (lanes, 4 * word),
+                    (lanes, word),
                     tiny,
                     triangle,
                     places,

@@ -97,7 +97,7 @@ pub(crate) struct Tiny {
     b: [f32; 4],
     c: [f32; 4],
     least: [f32; 4],
-    /// Twice its area, what all three edge functions add up to everywhere.
+    /// Twice its area, at most 2²⁴: what all three edge functions add up to, everywhere.
     area2: f32,
 }
 
@@ -290,7 +290,7 @@ impl Tiny {
         [first, if rows > 8 { self.second_word::<N>(row, rows - 8) } else { 0 }]
     }
 
-    /// The second word, apart: few triangles have more than eight rows. (By value, so that nothing has to be in memory for the sake
+    /// The second word, in a function of its own: few triangles have more than eight rows. (By value, so that nothing has to be in memory for the sake
     /// of this.)
     #[cold]
     #[inline(never)]
@@ -298,9 +298,10 @@ impl Tiny {
         self.covered_word::<N>(row, rows.min(8)).0
     }
 
-    /// The covered lanes of so many rows, 1 to 8; and the row after them.
+    /// The covered lanes of so many rows, 1 to 8; and, of 8, the row after them.
     #[inline(always)]
     fn covered_word<const N: usize>(&self, mut row: Row, rows: usize) -> (u64, Row) {
+        debug_assert!((1..=8).contains(&rows), "{rows} rows in a word");
         let (mut outside, mut shift) = (0, 0);
         while shift < 8 * rows {
             // There may be one too many, whose numbers need not be exact.
@@ -339,7 +340,7 @@ impl Tiny {
         lanes & !others
     }
 
-    /// The edge functions at some samples, from their columns and rows in the window.
+    /// The edge functions at some covered samples, from their columns and rows in the window. (Of others, the third may be rounded.)
     #[inline(always)]
     pub(crate) fn edges_at<const N: usize>(&self, columns: [f32; N], rows: [f32; N]) -> [[f32; N]; 3] {
         let mut edges = [[0.0; N]; 3];
@@ -348,7 +349,7 @@ impl Tiny {
                 edge[i] = (columns[i] + self.dx) * a + (rows[i] * b + c);
             }
         }
-        // What these two leave of the area: fewer steps, and exact as well.
+        // What these two leave of the area: fewer steps than for another product. At covered samples none is negative, so it is exact.
         let [p, q, r] = &mut edges;
         for i in 0..N {
             r[i] = (self.area2 - p[i]) - q[i];
@@ -392,7 +393,14 @@ mod tests {
             random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             ((random >> 8) % n.cast_unsigned()).cast_signed()
         };
-        let mut setups = Vec::new();
+        // The largest of all, either way up; the others at random.
+        let corner = |x: i32, y: i32| {
+            ProjectedVertex::new((x << 12) - 1152, (y << 12) - 3200, 0.25, 1.0).expect("in range")
+        };
+        let largest =
+            [[corner(0, 0), corner(1, 0), corner(0, 1)], [corner(1, 1), corner(1, 0), corner(0, 1)]];
+        let mut setups: Vec<_> = largest.into_iter().filter_map(Setup::new).collect();
+        assert!(setups.iter().all(|setup| setup.area2() == 1 << 24 && is_tiny(setup)), "{setups:?}");
         while setups.len() < 2000 {
             let mut size = || if below(3) == 0 { (SIDE << 8) / step } else { 1 + below((SIDE << 8) / step) };
             let (width, height) = (size(), size());
@@ -435,6 +443,11 @@ mod tests {
                     .filter(|&(x, y)| edges.iter().all(|edge| edge.covers(x, y)))
                     .collect();
                 assert_eq!(found, covered, "{setup:?} in {frame:?}");
+                for &(x, y) in &covered {
+                    let at = tiny.edges_at([(x - tiny.x) as f32], [(y - tiny.y) as f32]);
+                    let exact = edges.map(|edge| [(edge.at(x, y) as f32).to_bits()]);
+                    assert_eq!(at.map(|edge| edge.map(f32::to_bits)), exact, "alone: {setup:?} at {x} {y}");
+                }
                 if HAS_FLOAT_LANES && tiny.lanes <= NARROW_WINDOW && !tiny.is_empty() {
                     let lanes = tiny.covered_lanes();
                     let is_covered = |lane: &usize| lanes[lane / 64] >> (lane % 64) & 1 == 1;
@@ -443,11 +456,6 @@ mod tests {
                         .map(|lane| tiny.pixel((lane as i32 % 8, lane as i32 / 8)))
                         .collect();
                     assert_eq!(found, covered, "without rows: {setup:?} in {frame:?}");
-                    for &(x, y) in &covered {
-                        let at = tiny.edges_at([(x - tiny.x) as f32], [(y - tiny.y) as f32]);
-                        let exact = edges.map(|edge| [edge.at(x, y) as f32]);
-                        assert_eq!(at, exact, "of one sample: {setup:?} at {x} {y}");
-                    }
                     let depth = DepthPlane::new::<f32>(&setup, None, (0.0, 1.0));
                     let (mut row, mut found) = (tiny.first_eight(), Vec::new());
                     for y in 0..tiny.rows {

@@ -31,7 +31,7 @@ pub(crate) struct Known {
     pub(crate) is_tiny: bool,
     /// Its windows.
     pub(crate) tiny: Tiny,
-    /// Their covered lanes, if they are narrow.
+    /// Their covered lanes; none if they are wide, or if nothing may be drawn to: that is found out by them.
     pub(crate) covered_lanes: NarrowLanes,
 }
 
