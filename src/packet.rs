@@ -262,6 +262,9 @@ impl<C, D> Packet<'_, C, D> {
                     (columns[four + i], rows[four + i]) = (x[i], y[i]);
                 }
             }
+            if N > 8 {
+                columns = columns.map(|column| column + tiny.dx);
+            }
             let edges = tiny.edges_at(columns, rows);
             let mut z = [0.0; GROUP];
             for i in 0..GROUP {

@@ -17,7 +17,6 @@
 use glam::Vec4;
 
 use crate::depth::{DepthFormat, DepthTest, passes};
-use crate::packet::RAMP;
 use crate::plane::{DepthPlane, LanePlane};
 use crate::setup::Setup;
 use crate::target::Borders;
@@ -88,11 +87,13 @@ pub(crate) struct Tiny {
     /// Columns `left .. right` of the window may be drawn to; none, if these are not in order.
     left: i32,
     right: i32,
-    /// How far right of the leftmost sample of the triangle's bounds the window begins.
-    dx: f32,
-    /// Change of each edge function by a pixel right and down, its value at the leftmost sample of the bounds in the first
-    /// row, and the least value that covers: 0 on a top or left edge, else 1. The fourth of each is the third again: they are
-    /// made four at a time.
+    /// How far right of the origin the window begins: 0 of a narrow one.
+    pub(crate) dx: f32,
+    /// Change of each edge function by a pixel right and down, its value at the origin, and the least value that covers: 0 on a
+    /// top or left edge, else 1. The fourth of each is the third again: they are made four at a time.
+    ///
+    /// The origin is the leftmost sample, in the first row, of a narrow window, whose lanes need no offset then; or of the
+    /// triangle's bounds, where a window may begin so far beside them that products would be rounded.
     a: [f32; 4],
     b: [f32; 4],
     c: [f32; 4],
@@ -131,9 +132,9 @@ impl Tiny {
         };
         // As far left as the framebuffer allows, if it ends too early on the right.
         let x = bounds.left.min(target.right - lanes).max(target.left);
-        let [p, q, r] = each(setup.corners(), |v| {
-            [(v.x() - (bounds.left << 8) - 128) as f32, (v.y() - (y << 8) - 128) as f32]
-        });
+        let origin = if lanes > NARROW_WINDOW { bounds.left } else { x };
+        let (left, top) = ((origin << 8) + 128, (y << 8) + 128);
+        let [p, q, r] = each(setup.corners(), |v| [(v.x() - left) as f32, (v.y() - top) as f32]);
         let (from_x, to_x) = (Vec4::new(q[0], r[0], p[0], p[0]), Vec4::new(r[0], p[0], q[0], q[0]));
         let (from_y, to_y) = (Vec4::new(q[1], r[1], p[1], p[1]), Vec4::new(r[1], p[1], q[1], q[1]));
         let (a, b) = (from_y - to_y, to_x - from_x);
@@ -151,7 +152,7 @@ impl Tiny {
             lanes,
             left,
             right,
-            dx: (x - bounds.left) as f32,
+            dx: (x - origin) as f32,
             a,
             b,
             c,
@@ -198,7 +199,7 @@ impl Tiny {
         (columns - self.left as f32).min(Vec4::splat((self.right - 1) as f32) - columns)
     }
 
-    /// The columns of four lanes, counted from the leftmost sample of the triangle's bounds.
+    /// The columns of four lanes of a wide window, counted from the origin.
     #[inline(always)]
     fn columns(&self, quarter: usize) -> Vec4 {
         COLUMNS + (self.dx + (4 * quarter) as f32)
@@ -207,8 +208,7 @@ impl Tiny {
     /// The first row of windows of so many lanes.
     #[inline(always)]
     pub(crate) fn first_row<const N: usize>(&self) -> Row {
-        let edge =
-            |i: usize| if N > 8 { Vec4::splat(self.c[i]) } else { self.columns(0) * self.a[i] + self.c[i] };
+        let edge = |i: usize| if N > 8 { Vec4::splat(self.c[i]) } else { COLUMNS * self.a[i] + self.c[i] };
         Row { edges: [edge(0), edge(1), edge(2) - self.least[2]] }
     }
 
@@ -240,14 +240,15 @@ impl Tiny {
         ((a - self.least[0]).min(b).min(c), plane.at([a, b]))
     }
 
-    /// [`first_row`](Self::first_row) of windows of eight lanes, where a register holds as many.
+    /// [`first_row`](Self::first_row) of windows of eight lanes, where a register holds as many. (Its columns in two `Vec4`: of an
+    /// array of constants, LLVM would make a step of its own for each.)
     #[inline(always)]
     pub(crate) fn first_eight(&self) -> [[f32; 8]; 3] {
         let mut row = [[0.0; 8]; 3];
-        for (edge, (a, c)) in row.iter_mut().zip(self.a.iter().zip(&self.c)) {
-            for (edge, column) in edge.iter_mut().zip(&RAMP) {
-                *edge = (column + self.dx) * a + c;
-            }
+        for (edge, (&a, &c)) in row.iter_mut().zip(self.a.iter().zip(&self.c)) {
+            let (first, second) = (COLUMNS * a + c, (COLUMNS + 4.0) * a + c);
+            let ([p, q, r, s], [t, u, v, w]) = (first.to_array(), second.to_array());
+            *edge = [p, q, r, s, t, u, v, w];
         }
         row[2] = row[2].map(|c| c - self.least[2]);
         row
@@ -340,13 +341,14 @@ impl Tiny {
         lanes & !others
     }
 
-    /// The edge functions at some covered samples, from their columns and rows in the window. (Of others, the third may be rounded.)
+    /// The edge functions at some covered samples, from their columns and rows, counted from the origin. (Of others, the third may
+    /// be rounded.)
     #[inline(always)]
     pub(crate) fn edges_at<const N: usize>(&self, columns: [f32; N], rows: [f32; N]) -> [[f32; N]; 3] {
         let mut edges = [[0.0; N]; 3];
         for (edge, ((a, b), c)) in edges.iter_mut().zip(self.a.iter().zip(&self.b).zip(&self.c)).take(2) {
             for i in 0..N {
-                edge[i] = (columns[i] + self.dx) * a + (rows[i] * b + c);
+                edge[i] = columns[i] * a + (rows[i] * b + c);
             }
         }
         // What these two leave of the area: fewer steps than for another product. At covered samples none is negative, so it is exact.
@@ -444,7 +446,8 @@ mod tests {
                     .collect();
                 assert_eq!(found, covered, "{setup:?} in {frame:?}");
                 for &(x, y) in &covered {
-                    let at = tiny.edges_at([(x - tiny.x) as f32], [(y - tiny.y) as f32]);
+                    let column = (x - tiny.x) as f32 + tiny.dx;
+                    let at = tiny.edges_at([column], [(y - tiny.y) as f32]);
                     let exact = edges.map(|edge| [(edge.at(x, y) as f32).to_bits()]);
                     assert_eq!(at.map(|edge| edge.map(f32::to_bits)), exact, "alone: {setup:?} at {x} {y}");
                 }
