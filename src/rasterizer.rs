@@ -27,7 +27,7 @@ use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Borders, DOMAIN, Framebuffer, Rect};
 use crate::tiny::Outline;
 use crate::traverse::HAS_FLOAT_LANES;
-use crate::upcoming::{Known, LOOKS_AHEAD, Turns};
+use crate::upcoming::{Turns, Upcoming};
 use crate::vertex::Attributes;
 use crate::viewport::{ClipDepth, Viewport};
 
@@ -568,28 +568,17 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
             if let Some(bounds) = source.neighbourhood() {
                 ahead::fetch::<_, true>(shader.target, bounds);
             }
-            let state = (bias, limits);
-            if LOOKS_AHEAD {
-                // Once more after the last one has come: then that is drawn.
-                loop {
-                    let found = source.next();
-                    if let Some(piece) = &found {
-                        let areas = (target_area, render_area);
-                        turns.next().set(piece, || source.history(piece), || source.outline(piece), areas);
-                    }
-                    if turns.pass(found.is_some()) {
-                        let upcoming = turns.this();
-                        let this = (&upcoming.piece, upcoming.history(), Some(&upcoming.known));
-                        draw_piece(&mut shader, source, this, state, &mut packet, &mut statistics);
-                    } else if found.is_none() {
-                        break;
-                    }
+            let (state, areas) = ((bias, limits), (target_area, render_area));
+            // Once more after the last one has come: then that is drawn.
+            loop {
+                let found = source.next();
+                if let Some(piece) = &found {
+                    turns.next().set(piece, || source.history(piece), || source.outline(piece), areas);
                 }
-            } else {
-                while let Some(piece) = source.next() {
-                    let history = source.history(&piece);
-                    let this = (&piece, history.as_ref(), None);
-                    draw_piece(&mut shader, source, this, state, &mut packet, &mut statistics);
+                if turns.pass(found.is_some()) {
+                    draw_piece(&mut shader, source, turns.this(), state, &mut packet, &mut statistics);
+                } else if found.is_none() {
+                    break;
                 }
             }
         }
@@ -597,12 +586,12 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
     }
 }
 
-/// Draws a piece that came about like this, and of which this may be known already.
+/// Draws a piece whose turn it is.
 #[inline(always)]
 fn draw_piece<F, T, S, V, const BLENDS: bool>(
     shader: &mut Shader<'_, F, T, S, BLENDS>,
     source: &mut impl Source<V>,
-    (piece, history, known): (&Piece, Option<&History>, Option<&Known>),
+    upcoming: &Upcoming,
     (bias, limits): (Option<DepthBias>, (f32, f32)),
     packet: &mut Packet<'_, F::Color, F::Depth>,
     statistics: &mut Statistics,
@@ -612,6 +601,7 @@ fn draw_piece<F, T, S, V, const BLENDS: bool>(
     V: Varyings,
     S: Shade<V, F::Color>,
 {
+    let (Upcoming { piece, known, .. }, history) = (upcoming, upcoming.history());
     if source.fetch(piece, history).is_none() {
         return;
     }
@@ -619,8 +609,7 @@ fn draw_piece<F, T, S, V, const BLENDS: bool>(
     let pedigree = history.map(History::pedigree);
     let shading = Shading::new(&piece.setup, varyings, piece.identity, pedigree.as_ref());
     let plane = DepthPlane::new::<F::Depth>(&piece.setup, bias, limits);
-    // Asked only if nothing is known yet: then the piece is the one that came last.
-    shader.draw((piece, known), || source.outline(piece), &shading, &plane, packet, statistics);
+    shader.draw((piece, known), &shading, &plane, packet, statistics);
 }
 
 /// Where the fragment half of a draw gets triangles from. It asks for one thing after the other: what is returned together

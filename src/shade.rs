@@ -12,9 +12,8 @@
 //! * all fragments that pass of a [`tiny`](crate::tiny) triangle, whose rows are windows of 4 to 16 samples, or of a
 //!   [`minute`](crate::minute) one, whose samples are known.
 //!
-//! With AVX, which samples a tiny triangle covers is found out before the triangle before it is drawn: see
-//! [`upcoming`](crate::upcoming). And packets of the last two kinds are filled up to a multiple of eight, so that none is left
-//! over after SIMD.
+//! Which samples a tiny triangle covers is found out before the triangle before it is drawn: see [`upcoming`](crate::upcoming).
+//! With AVX, packets of the last two kinds are filled up to a multiple of eight, so that none is left over after SIMD.
 //!
 //! Elsewhere, `one_by_one.rs` tests and shades one fragment after the other: less memory, less code, and the same results.
 
@@ -37,7 +36,7 @@ use crate::packet::{
 use crate::plane::{DepthPlane, LanePlane, RowPlane};
 use crate::state::Statistics;
 use crate::target::{Block, Borders, Framebuffer, lend};
-use crate::tiny::{self, Lanes, NarrowLanes, Outline, Tiny};
+use crate::tiny::{self, Lanes, NarrowLanes, Tiny};
 use crate::traverse::{LANES, Solver};
 use crate::upcoming::Known;
 
@@ -83,12 +82,11 @@ struct Dimensions {
 }
 
 impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F, T, S, BLENDS> {
-    /// Draws a piece, of which this is known, or which lies within this outline.
+    /// Draws a piece, of which this is known.
     #[inline(always)]
     pub(crate) fn draw<V>(
         &mut self,
-        (piece, known): (&Piece, Option<&Known>),
-        outline: impl FnOnce() -> Outline,
+        (piece, known): (&Piece, &Known),
         shading: &Shading<'_, V>,
         plane: &DepthPlane,
         packet: &mut Packet<'_, F::Color, F::Depth>,
@@ -107,29 +105,16 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
                 return;
             }
             Work::Tiny(patch, len)
-        } else {
-            let own;
-            let tiny = match known {
-                Some(known) if known.is_tiny => Some((&known.tiny, Some(known.covered_lanes))),
-                Some(_) => None,
-                None => match outline() {
-                    Outline { bounds, is_tiny: true } => {
-                        own = Tiny::new(setup, bounds, self.target_area, self.render_area);
-                        Some((&own, None))
-                    }
-                    _ => None,
-                },
-            };
-            if let Some((tiny, covered)) = tiny {
-                let (len, block) = self.fill_tiny(tiny, covered, triangle, packet);
-                if len == 0 {
-                    return;
-                }
-                Work::Tiny(Patch { x: tiny.x, y: tiny.y, block }, len)
-            } else {
-                let band = Band::new(setup, triangle, self.render_area);
-                Work::Rows(Solver::new(setup), band, Progress::default())
+        } else if known.is_tiny {
+            let Known { tiny, covered_lanes, .. } = known;
+            let (len, block) = self.fill_tiny(tiny, *covered_lanes, triangle, packet);
+            if len == 0 {
+                return;
             }
+            Work::Tiny(Patch { x: tiny.x, y: tiny.y, block }, len)
+        } else {
+            let band = Band::new(setup, triangle, self.render_area);
+            Work::Rows(Solver::new(setup), band, Progress::default())
         };
         loop {
             // What to shade: fragments `begin .. end` of the packet.
@@ -298,22 +283,19 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
         filled
     }
 
-    /// Fills a packet with the fragments of a tiny triangle that pass the depth test, whose lanes that are
-    /// [`covered`](Known::covered_lanes) may be known. Gives how many, and the block that they are in.
+    /// Fills a packet with the fragments of a tiny triangle that pass the depth test, of which this is
+    /// [known](Known::covered_lanes). Gives how many, and the block that they are in.
     #[inline(always)]
     fn fill_tiny<V: Varyings>(
         &mut self,
         tiny: &Tiny,
-        covered: Option<NarrowLanes>,
+        covered_lanes: NarrowLanes,
         triangle: Triangle<'_, V>,
         packet: &mut Packet<'_, F::Color, F::Depth>,
     ) -> (usize, Option<Dimensions>) {
         let is_narrow = tiny.lanes <= tiny::NARROW_WINDOW;
-        // (Of a narrow one that was set up ahead, its lanes alone tell that nothing may be drawn to, or that nothing is covered.)
-        let is_empty = match covered {
-            Some(covered) if is_narrow => covered == [0; 2],
-            _ => tiny.is_empty(),
-        };
+        // (Of a narrow one, its lanes alone tell that nothing may be drawn to, or that nothing is covered.)
+        let is_empty = if is_narrow { covered_lanes == [0; 2] } else { tiny.is_empty() };
         if is_empty {
             return (0, None);
         }
@@ -329,11 +311,7 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
             let depth = &*depth;
             let read = |place: u32| depth.get(place as usize).copied();
             let places = self.places.narrow.with_stride(stride);
-            let covered = match covered {
-                Some(covered) => covered,
-                None => tiny.covered_lanes(),
-            };
-            for (word, lanes) in covered.into_iter().enumerate() {
+            for (word, lanes) in covered_lanes.into_iter().enumerate() {
                 filled = packet.put_lanes::<_, 8, 2, true>(
                     filled,
                     (lanes, word),
