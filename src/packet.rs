@@ -262,6 +262,7 @@ impl<C, D> Packet<'_, C, D> {
                     (columns[four + i], rows[four + i]) = (x[i], y[i]);
                 }
             }
+            // (Words of narrow windows begin at the origin, and so do narrow windows in words of wide ones.)
             if N > 8 {
                 columns = columns.map(|column| column + tiny.dx);
             }

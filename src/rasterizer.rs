@@ -635,8 +635,7 @@ pub(crate) trait Source<V> {
     fn outline(&self, piece: &Piece) -> Outline;
 
     /// Takes in the values at a piece's corners, which need not be the one that came last. `None` if one is not there; then
-    /// [`varyings`](Self::varyings) must not be asked. (They are apart so that `outline` can be asked while the values are
-    /// borrowed.)
+    /// [`varyings`](Self::varyings) must not be asked.
     fn fetch(&mut self, piece: &Piece, history: Option<&History>) -> Option<()>;
 
     /// The values that were taken in last.

@@ -12,7 +12,8 @@
 //! * all fragments that pass of a [`tiny`](crate::tiny) triangle, whose rows are windows of 4 to 16 samples, or of a
 //!   [`minute`](crate::minute) one, whose samples are known.
 //!
-//! Which samples a tiny triangle covers is found out before the triangle before it is drawn: see [`upcoming`](crate::upcoming).
+//! Which samples a triangle up to eight pixels wide covers is found out while the one before it still waits to be drawn: see
+//! [`upcoming`](crate::upcoming).
 //! With AVX, packets of the last two kinds are filled up to a multiple of eight, so that none is left over after SIMD.
 //!
 //! Elsewhere, `one_by_one.rs` tests and shades one fragment after the other: less memory, less code, and the same results.

@@ -9,7 +9,8 @@
 //!   worked out and tested where they are put into the packet. So no loop over rows or samples waits for depths to come from far
 //!   away before it knows its end; and
 //! * of wide ones, and where the framebuffer lends no block, coverage and depth of a row are worked out from its own edge
-//!   functions and tested [at once](Tiny::chosen): what is hidden is done with.
+//!   functions and tested [at once](Tiny::chosen): what is hidden is done with. (Of narrow ones, coverage is known by then, and
+//!   found out again.)
 //!
 //! Rows are computed in glam's `Vec4`, which is SIMD on every target that has it: out of plain arrays of lanes, compilers
 //! made something else for odd lanes. Only depth passes compiled for AVX have [eight](Tiny::eight) lanes.
@@ -18,6 +19,7 @@ use glam::Vec4;
 
 use crate::depth::{DepthFormat, DepthTest, passes};
 use crate::plane::{DepthPlane, LanePlane};
+use crate::project::ProjectedVertex;
 use crate::setup::Setup;
 use crate::target::Borders;
 use crate::triple::each;
@@ -134,7 +136,9 @@ impl Tiny {
         let x = bounds.left.min(target.right - lanes).max(target.left);
         let origin = if lanes > NARROW_WINDOW { bounds.left } else { x };
         let (left, top) = ((origin << 8) + 128, (y << 8) + 128);
-        let [p, q, r] = each(setup.corners(), |v| [(v.x() - left) as f32, (v.y() - top) as f32]);
+        // (Wrapping: positions that are others when asked again may be anywhere. Of such a triangle, nothing is drawn.)
+        let from_origin = |v: ProjectedVertex| [v.x().wrapping_sub(left), v.y().wrapping_sub(top)];
+        let [p, q, r] = each(setup.corners(), |v| from_origin(v).map(|at| at as f32));
         let (from_x, to_x) = (Vec4::new(q[0], r[0], p[0], p[0]), Vec4::new(r[0], p[0], q[0], q[0]));
         let (from_y, to_y) = (Vec4::new(q[1], r[1], p[1], p[1]), Vec4::new(r[1], p[1], q[1], q[1]));
         let (a, b) = (from_y - to_y, to_x - from_x);
@@ -383,7 +387,6 @@ mod tests {
     use super::*;
     use crate::depth::Less;
     use crate::plane::DepthPlane;
-    use crate::project::ProjectedVertex;
     use crate::target::Rect;
     use crate::traverse::HAS_FLOAT_LANES;
     use std::vec::Vec;
@@ -424,6 +427,7 @@ mod tests {
         let frames = [
             Rect { x: -64, y: -64, width: 128, height: 128 },
             Rect { x: -4, y: -9, width: 5, height: 7 },
+            Rect { x: 2, y: -64, width: 66, height: 128 },
             Rect { x: -2, y: -12, width: 70, height: 12 },
             Rect { x: -30, y: -20, width: 29, height: 30 },
         ];

@@ -971,6 +971,17 @@ fn positions_that_change_are_not_drawn_outside_of_the_framebuffer() {
         asked.set(0);
         let drawn = rasterizer.draw_depth(&mut Strict::new(lends_blocks), Primitives::list(), leaving);
         assert!(drawn.is_ok(), "{scale}");
+        // Or all of them, behind the eye; but for some triangles, so that nobody looks whether all are hidden.
+        asked.set(0);
+        let gone = Computed::new(small.len(), |i| {
+            asked.set(asked.get() + 1);
+            if asked.get() <= small.len() || i < 9 { small[i] } else { Vec4::new(scale, 0.0, 0.5, -1.0) }
+        });
+        let drawn = rasterizer.draw(&mut Strict::new(lends_blocks), Primitives::list(), &gone, (), |_| 1);
+        assert!(drawn.is_ok() && (asked.get() > small.len() || !HAS_SIMD), "asked twice: {scale}");
+        asked.set(0);
+        let drawn = rasterizer.draw_depth(&mut Strict::new(lends_blocks), Primitives::list(), gone);
+        assert!(drawn.is_ok(), "{scale}");
     }
 }
 
