@@ -208,8 +208,9 @@ impl<C, D> Packet<'_, C, D> {
         }
     }
 
-    /// Adds those of some lanes of a tiny triangle's windows, of one word in rows of `N`, that pass the depth test against what is `read` at their places, or all of them without. Gives how many fragments there are then. A group is
-    /// worked out at a time, so what follows is overwritten.
+    /// Adds those of some lanes of a tiny triangle's windows, of one word in rows of `N`, that pass the depth test against what is
+    /// `read` at their places, or all of them without. Gives how many fragments there are then. A group is worked out at a time,
+    /// so what follows is overwritten.
     #[inline(always)]
     pub(crate) fn put_lanes<V: Varyings, const N: usize, const COUNT: usize, const TESTS: bool>(
         &mut self,
