@@ -295,8 +295,8 @@ impl Tiny {
         [first, if rows > 8 { self.second_word::<N>(row, rows - 8) } else { 0 }]
     }
 
-    /// The second word, in a function of its own: few triangles have more than eight rows. (By value, so that nothing has to be in memory for the sake
-    /// of this.)
+    /// The second word, in a function of its own: few triangles have more than eight rows. (By value, so that nothing has to be in
+    /// memory for the sake of this.)
     #[cold]
     #[inline(never)]
     fn second_word<const N: usize>(self, row: Row, rows: usize) -> u64 {

@@ -936,15 +936,21 @@ fn no_pixel_outside_of_the_framebuffer_is_asked_for() {
 fn positions_that_change_are_not_drawn_outside_of_the_framebuffer() {
     let frame = Frame::new(64, 64);
     let rasterizer = Rasterizer::<()>::new(frame.viewport());
-    let small: Vec<_> = (0..64u8)
-        .flat_map(|i| {
-            let (x, y) = (f32::from(i % 8) * 8.0 + 0.3, f32::from(i / 8) * 8.0 + 0.3);
-            [[x, y], [x, y + 1.5], [x + 1.5, y]].map(|point| frame.at(point))
-        })
-        .collect();
-    for (scale, lends_blocks) in [1.03, 1.5, 40.0, -1.0].map(|scale| [(scale, false), (scale, true)]).concat()
+    let triangles = |size: f32| -> Vec<_> {
+        (0..64u8)
+            .flat_map(|i| {
+                let (x, y) = (f32::from(i % 8) * 8.0 + 0.3, f32::from(i / 8) * 8.0 + 0.3);
+                [[x, y], [x, y + size], [x + size, y]].map(|point| frame.at(point))
+            })
+            .collect()
+    };
+    // Smaller than two pixels, and as wide as a narrow window.
+    let sizes = [(1.5, false), (1.5, true), (7.5, false), (7.5, true)];
+    for (scale, (size, lends_blocks)) in
+        [1.03, 1.5, 40.0, -1.0].map(|scale| sizes.map(|size| (scale, size))).concat()
     {
-        // Asked for the first time, every one is inside, and smaller than two pixels.
+        let small = triangles(size);
+        // Asked for the first time, every one is inside.
         let asked = Cell::new(0);
         let changing = Computed::new(small.len(), |i| {
             asked.set(asked.get() + 1);
