@@ -130,6 +130,10 @@ where
             if len > PACKET || (colors.len(), depths.len(), discarded.len()) != (len, len, len) {
                 return 0;
             }
+            // As it is: see `Padding::lanes`. So the compiler makes no loop for what is left over after SIMD, and keeps nothing for it.
+            if has_padding && len % GROUP != 0 {
+                return 0;
+            }
             // Results are selected, not branched on, so that a discard vectorises too.
             for i in 0..len {
                 let fragment = samples.fragment(i, shading);

@@ -393,16 +393,17 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
         mut visit: impl FnMut(P, &mut F::Color, &mut F::Depth),
     ) {
         if let Some(Dimensions { width, height, stride }) = block {
-            // One that is not lent as it was before is left alone.
+            // One that is not lent as it was before is left alone. (As it was, all places are in it.)
             let Some(block) = lend(self.target, (x, y), (width, height)) else { return };
             if block.stride != stride {
                 return;
             }
             for (&place, pixel) in places.iter().zip(pixels) {
                 let at = place as usize;
-                if let (Some(color), Some(depth)) = (block.color.get_mut(at), block.depth.get_mut(at)) {
-                    visit(pixel, color, depth);
-                }
+                let (Some(color), Some(depth)) = (block.color.get_mut(at), block.depth.get_mut(at)) else {
+                    return;
+                };
+                visit(pixel, color, depth);
             }
         } else {
             for (&place, pixel) in places.iter().zip(pixels) {

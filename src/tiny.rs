@@ -287,26 +287,29 @@ impl Tiny {
     /// The covered lanes of all rows of narrow windows, of `N` lanes, unless it [is empty](Self::is_empty).
     #[inline(always)]
     fn covered<const N: usize>(&self) -> NarrowLanes {
-        let mut row = self.first_row::<N>();
-        // Depth is not made of these, so the least value that covers is taken off edge 0 as well. (Of edge 1, a left one, it is 0.)
-        row.edges[0] -= self.least[0];
         let rows = self.rows as usize;
-        let (first, row) = self.covered_word::<N>(row, rows.min(8));
-        [first, if rows > 8 { self.second_word::<N>(row, rows - 8) } else { 0 }]
+        let first = self.covered_word::<N>(self.first_row::<N>(), rows.min(8));
+        [first, if rows > 8 { self.second_word::<N>(rows - 8) } else { 0 }]
     }
 
-    /// The second word, in a function of its own: few triangles have more than eight rows. (By value, so that nothing has to be in
-    /// memory for the sake of this.)
+    /// The second word, in a function of its own: few triangles have more than eight rows. (From its own first row: one that is
+    /// handed over would be put in memory for all triangles.)
     #[cold]
     #[inline(never)]
-    fn second_word<const N: usize>(self, row: Row, rows: usize) -> u64 {
-        self.covered_word::<N>(row, rows.min(8)).0
+    fn second_word<const N: usize>(&self, rows: usize) -> u64 {
+        let mut row = self.first_row::<N>();
+        for (edge, step) in row.edges.iter_mut().zip(self.b) {
+            *edge += 8.0 * step;
+        }
+        self.covered_word::<N>(row, rows.min(8))
     }
 
-    /// The covered lanes of so many rows, 1 to 8; and, of 8, the row after them.
+    /// The covered lanes of so many rows, 1 to 8, from this one on.
     #[inline(always)]
-    fn covered_word<const N: usize>(&self, mut row: Row, rows: usize) -> (u64, Row) {
+    fn covered_word<const N: usize>(&self, mut row: Row, rows: usize) -> u64 {
         debug_assert!((1..=8).contains(&rows), "{rows} rows in a word");
+        // Depth is not made of these, so the least value that covers is taken off edge 0 as well. (Of edge 1, a left one, it is 0.)
+        row.edges[0] -= self.least[0];
         let (mut outside, mut shift) = (0, 0);
         while shift < 8 * rows {
             // There may be one too many, whose numbers need not be exact.
@@ -320,7 +323,7 @@ impl Tiny {
             }
         }
         let is_row = u64::MAX >> (64 - 8 * rows);
-        (is_row & (u64::from(self.may_draw()) * 0x0101_0101_0101_0101) & !outside, row)
+        is_row & (u64::from(self.may_draw()) * 0x0101_0101_0101_0101) & !outside
     }
 
     /// Those of some lanes of a row that are covered and pass the depth test against `old`, a bit each.
