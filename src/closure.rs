@@ -144,7 +144,7 @@ where
                     // to where it is called. There they would be masked, one lane read and the next not, which is slow.
                     depths[i] = depth;
                 }
-                let is_padding = has_padding && count <= RAMP[i];
+                let is_padding = has_padding & (count <= RAMP[i]);
                 let shaded = if is_padding { Some(filler) } else { (self.0)(fragment, old_color).into() };
                 let is_kept = shaded.is_some();
                 colors[i] = shaded.unwrap_or(old_color);

@@ -39,6 +39,7 @@ use crate::state::Statistics;
 use crate::target::{Block, Borders, Framebuffer, lend};
 use crate::tiny::{self, Lanes, NarrowLanes, Tiny};
 use crate::traverse::{LANES, Solver};
+use crate::triple::each;
 use crate::upcoming::Known;
 
 /// What a draw's shading works with. The closure reads the colour already there if it `BLENDS`.
@@ -137,32 +138,6 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
             // How many fragments there are, and how many lanes.
             let mut count = asked;
             let mut len = S::PADDING.lanes(begin, count);
-            // And where it goes: into the framebuffer, or into the packet's own pixels.
-            let (colors, depths) = match &work {
-                Work::Rows(_, band, at) if at.gathered.is_empty() => {
-                    let run = self.target.run(at.x + begin as i32, band.y + at.row as i32, asked);
-                    // Fewer if the framebuffer lends fewer.
-                    count = count.min(run.color.len()).min(run.depth.len());
-                    if S::MAY_READ {
-                        len = S::PADDING.lanes(begin, count);
-                        if BLENDS {
-                            copy(packet.colors, run.color.get(..count).unwrap_or_default());
-                        }
-                        (&mut packet.colors[..], &mut packet.depths[..])
-                    } else {
-                        // No padding: the pixels behind it are others'. (Said here, not once behind the `match`: with AVX2, some
-                        // loops would load masked lanes then.)
-                        len = count;
-                        (run.color, run.depth)
-                    }
-                }
-                _ => (&mut packet.colors[..], &mut packet.depths[..]),
-            };
-            let (Some(colors), Some(depths), Some(discarded)) =
-                (colors.get_mut(..len), depths.get_mut(..len), packet.discarded.get_mut(..len))
-            else {
-                return;
-            };
             let samples = Samples {
                 alpha: packet.alpha,
                 beta: packet.beta,
@@ -174,12 +149,53 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
                 x: packet.x,
                 y: packet.y,
             };
-            let Some(samples) = samples.part(begin..begin + len) else { return };
+            // And where it goes: into the framebuffer, or into the packet's own pixels. (All is cut in each arm, not once behind the
+            // `match`: where it is known which arrays these are, one check of their lengths is enough. And not by a function:
+            // what LLVM learns from its arguments does loops no good.)
+            let (colors, depths, discarded, samples) = match &work {
+                Work::Rows(_, band, at) if at.gathered.is_empty() => {
+                    let run = self.target.run(at.x + begin as i32, band.y + at.row as i32, asked);
+                    // Fewer if the framebuffer lends fewer.
+                    count = count.min(run.color.len()).min(run.depth.len());
+                    let (colors, depths) = if S::MAY_READ {
+                        len = S::PADDING.lanes(begin, count);
+                        if BLENDS {
+                            copy(packet.colors, run.color.get(..count).unwrap_or_default());
+                        }
+                        (&mut packet.colors[..], &mut packet.depths[..])
+                    } else {
+                        // No padding: the pixels behind it are others'. (Said here, not once behind the `match`: with AVX2, some
+                        // loops would load masked lanes then.)
+                        len = count;
+                        (run.color, run.depth)
+                    };
+                    let (Some(colors), Some(depths), Some(discarded), Some(samples)) = (
+                        colors.get_mut(..len),
+                        depths.get_mut(..len),
+                        packet.discarded.get_mut(..len),
+                        samples.part(begin..begin + len),
+                    ) else {
+                        return;
+                    };
+                    (colors, depths, discarded, samples)
+                }
+                _ => {
+                    let (Some(colors), Some(depths), Some(discarded), Some(samples)) = (
+                        packet.colors.get_mut(..len),
+                        packet.depths.get_mut(..len),
+                        packet.discarded.get_mut(..len),
+                        samples.part(0..len),
+                    ) else {
+                        return;
+                    };
+                    (colors, depths, discarded, samples)
+                }
+            };
 
             // A copy that nobody else can see: else each store to the framebuffer might change it, and the loop would load it
             // again and again.
-            let varyings = *shading.varyings();
-            let shading = shading.with_varyings(&varyings);
+            let [a, b, c] = each(shading.varyings(), |value| *value);
+            let shading = shading.with_varyings([&a, &b, &c]);
             let lost =
                 self.closure.shade_packet(self.test, &shading, samples, count, colors, depths, discarded);
             statistics.fragments += count as u64;
