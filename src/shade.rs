@@ -328,7 +328,10 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
             let depth = &*depth;
             let read = |place: u32| depth.get(place as usize).copied();
             let places = self.places.narrow.with_stride(stride);
-            for (word, lanes) in covered_lanes.into_iter().enumerate() {
+            // (A loop over both words would have to keep them in memory. Few triangles have a second one.)
+            let [first, second] = covered_lanes;
+            let (mut word, mut lanes) = (0, first);
+            loop {
                 filled = packet.put_lanes::<_, 8, 2, true>(
                     filled,
                     (lanes, word),
@@ -337,6 +340,10 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
                     places,
                     (self.test, read),
                 );
+                if word == 1 || second == 0 {
+                    break;
+                }
+                (word, lanes) = (1, second);
             }
         } else {
             // Rows are so long, or so slow to get, that they are tested as a whole.
