@@ -40,7 +40,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
     #[inline(always)]
     pub(crate) fn draw(
         &mut self,
-        (setup, covered): (&Setup, u8),
+        (setup, covered): (&Setup, u32),
         outline: impl FnOnce() -> Outline,
         plane: &DepthPlane,
     ) -> u64 {
@@ -122,7 +122,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
     ///
     /// A call, and by value: inlined, it would take registers from the loops over larger ones' rows.
     #[inline(never)]
-    fn draw_minute(&mut self, corners: [ProjectedVertex; 3], covered: u8, plane: DepthPlane) -> u64 {
+    fn draw_minute(&mut self, corners: [ProjectedVertex; 3], covered: u32, plane: DepthPlane) -> u64 {
         // Its samples are found from corners and area, whatever the order of the caller's vertices was: so the loop over triangles
         // need not keep that.
         let (mut passed, setup) = (0, Setup::of_corners(corners, 0));

@@ -19,25 +19,21 @@ pub(crate) struct Piece {
     /// The caller's vertices: of a whole triangle in canonical order, of a clipped one as the caller named them;
     /// of a record, where it stands in the batch.
     pub(crate) vertices: [usize; 3],
-    pub(crate) identity: Identity,
+    /// The triangle's number.
+    pub(crate) primitive: u32,
     /// Which piece of a [`Fan`] it is: corners 0, this and the next one. Zero for a whole triangle.
     pub(crate) in_fan: usize,
     /// Which samples of a *minute* triangle are covered, whose bounds hold two by two at the most: the lowest bit is the
     /// one at the top left, the next its right neighbour, then those below. All of them lie in the render area. 0 if it is
     /// not known: of larger ones, at the area's border, where few triangles are minute, of pieces of clipped ones, of
-    /// records, and where there is no SIMD.
-    pub(crate) covered: u8,
+    /// records, and where there is no SIMD. (As large as its number, so that no padding is copied while a piece waits.)
+    pub(crate) covered: u32,
 }
 
 impl Piece {
     /// None at all.
-    pub(crate) const BLANK: Self = Self {
-        setup: Setup::BLANK,
-        vertices: [0; 3],
-        identity: Identity { provoking: 0, is_front_facing: false, primitive: 0 },
-        in_fan: 0,
-        covered: 0,
-    };
+    pub(crate) const BLANK: Self =
+        Self { setup: Setup::BLANK, vertices: [0; 3], primitive: 0, in_fan: 0, covered: 0 };
 }
 
 /// The corners of a piece of a polygon.
@@ -209,7 +205,7 @@ impl Fan {
                 return Some(Piece {
                     setup,
                     vertices: self.vertices,
-                    identity: self.identity,
+                    primitive: self.identity.primitive,
                     in_fan,
                     covered: 0,
                 });

@@ -567,11 +567,17 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 let setup = self.aside.setup;
                 (setup, self.batch.triangles.in_order(lane, &setup.order()))
             };
-            let last_provoking = self.batch.triangles.last_provoking(lane);
-            let identity = self.facing.identity(last_provoking, setup.is_counter_clockwise(), number);
-            let covered = self.within(&setup, (verdict >> verdict::COVERED_SHIFT) as u8);
-            return Some(Piece { setup, vertices, identity, in_fan: 0, covered });
+            let covered = self.within(&setup, verdict >> verdict::COVERED_SHIFT & 0b1111);
+            return Some(Piece { setup, vertices, primitive: number, in_fan: 0, covered });
         }
+    }
+
+    /// Who a piece of the batch is. (Not part of it: few draws ask.)
+    #[inline(always)]
+    pub(crate) fn identity(&self, piece: &Piece) -> Identity {
+        let lane = piece.primitive.wrapping_sub(self.batch.primitive) as usize;
+        let last_provoking = self.batch.triangles.last_provoking(lane);
+        self.facing.identity(last_provoking, piece.setup.is_counter_clockwise(), piece.primitive)
     }
 
     /// Where the piece lies, which has to be the one that came last.
@@ -602,7 +608,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// the area. The sieve has seen to that; but who computes positions may give others when asked again, and must not be drawn
     /// there.
     #[inline(always)]
-    fn within(&self, setup: &Setup, covered: u8) -> u8 {
+    fn within(&self, setup: &Setup, covered: u32) -> u32 {
         let (Borders { left, top, .. }, area) = (setup.borders(), self.area);
         let is_inside =
             (left >= area.left) & (top >= area.top) & (left < area.right - 1) & (top < area.bottom - 1);
@@ -764,11 +770,11 @@ mod tests {
         let mut geometry = Geometry::new(triangles, projected, projector, facing, area);
         let (mut pieces, mut fan) = (Vec::new(), None);
         while let Some(piece) = next(&mut geometry, &mut fan) {
-            let first = 3 * piece.identity.primitive as usize;
+            let first = 3 * piece.primitive as usize;
             let named = piece.setup.order().map(|i| first + usize::from(i));
             assert_eq!(piece.vertices, named, "in the order of the corners: {:?}", piece.setup);
             assert_eq!(geometry.outline(&piece), Outline::new(&piece.setup), "{:?}", piece.setup);
-            pieces.push((piece.identity.primitive, (piece.setup, piece.covered)));
+            pieces.push((piece.primitive, (piece.setup, piece.covered)));
         }
         let mut minute = 0;
         let (mut culled, mut degenerate, mut pieces) = (0, 0, pieces.into_iter().peekable());

@@ -18,7 +18,7 @@ pub(crate) struct Minute<'a> {
     pub(crate) x: i32,
     pub(crate) y: i32,
     /// Those of the samples that are still to come.
-    covered: u8,
+    covered: u32,
 }
 
 /// A covered sample.
@@ -33,7 +33,7 @@ pub(crate) struct Covered {
 
 impl<'a> Minute<'a> {
     #[inline(always)]
-    pub(crate) fn new(setup: &'a Setup, covered: u8) -> Self {
+    pub(crate) fn new(setup: &'a Setup, covered: u32) -> Self {
         let Borders { left, top, .. } = setup.borders();
         Self { setup, x: left, y: top, covered }
     }

@@ -120,9 +120,9 @@ impl<V: Copy> Record<V> {
     }
 
     #[inline(always)]
-    fn of_piece(piece: &Piece, varyings: [V; 3]) -> Self {
+    fn of_piece(piece: &Piece, identity: Identity, varyings: [V; 3]) -> Self {
         let setup = piece.setup;
-        let Identity { provoking, is_front_facing, primitive } = piece.identity;
+        let Identity { provoking, is_front_facing, primitive } = identity;
         Self {
             words: each(setup.corners(), ProjectedVertex::to_words),
             primitive,
@@ -257,7 +257,7 @@ impl<I: Index, P: Positions, A: Attributes> Preparation<'_, I, P, A> {
             let [Some(a), Some(b), Some(c)] = values else { continue };
             // Of a clipped triangle, the first piece that may be seen stands for all: the rest of the fan is dropped.
             return Some(match fan {
-                None => Record::of_piece(&piece, [a, b, c]),
+                None => Record::of_piece(&piece, self.geometry.identity(&piece), [a, b, c]),
                 Some(fan) => Record::of_fan(&fan, [a, b, c]),
             });
         }
@@ -339,8 +339,8 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
             self.place = self.queue.pop()?;
             let record = (*self.batch.get(self.place)?)?;
             if let Some(setup) = record.setup() {
-                let identity = record.identity();
-                return Some(Piece { setup, vertices: [self.place; 3], identity, in_fan: 0, covered: 0 });
+                let (vertices, primitive) = ([self.place; 3], record.primitive);
+                return Some(Piece { setup, vertices, primitive, in_fan: 0, covered: 0 });
             }
             self.fan = Some(record.fan(&self.projector));
         }
@@ -363,9 +363,14 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
         self.is_piece = history.is_some();
         if let Some(history) = history {
             let values = record.varyings;
-            self.values = Some(at_corners(piece.setup.order(), piece.identity.provoking, values, history));
+            self.values = Some(at_corners(piece.setup.order(), record.provoking, values, history));
         }
         Some(())
+    }
+
+    #[inline(always)]
+    fn identity(&self, piece: &Piece) -> Option<Identity> {
+        self.batch.get(piece.vertices[0])?.map(Record::identity)
     }
 
     #[inline(always)]

@@ -13,7 +13,7 @@ use crate::coarse::Coarse;
 use crate::depth::{DepthBias, DepthFormat, DepthTest, Less};
 use crate::depth_pass::DepthPass;
 use crate::fan::{Fan, History, Piece, at_corners};
-use crate::fragment::{Fragment, Shading};
+use crate::fragment::{Fragment, Identity, Shading};
 use crate::geometry::{Facing, Geometry};
 use crate::interpolate::Varyings;
 use crate::one_by_one::{OneByOne, Vertices};
@@ -507,7 +507,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
                 }
                 let Some(varyings) = source.varyings() else { continue };
                 let pedigree = history.as_ref().map(History::pedigree);
-                let Piece { setup, identity, .. } = piece;
+                let (Piece { setup, .. }, Some(identity)) = (piece, source.identity(&piece)) else {
+                    continue;
+                };
                 let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
                 let [a, b, c] = setup.corners();
                 draw.draw_setup(&setup, sample_bounds(a, b, c), &shading);
@@ -606,9 +608,9 @@ fn draw_piece<F, T, S, V, const BLENDS: bool>(
     if source.fetch(piece, history).is_none() {
         return;
     }
-    let Some(varyings) = source.varyings() else { return };
+    let (Some(varyings), Some(identity)) = (source.varyings(), source.identity(piece)) else { return };
     let pedigree = history.map(History::pedigree);
-    let shading = Shading::new(&piece.setup, varyings, piece.identity, pedigree.as_ref());
+    let shading = Shading::new(&piece.setup, varyings, identity, pedigree.as_ref());
     let plane = DepthPlane::new::<F::Depth>(&piece.setup, bias, limits);
     shader.draw((piece, known), &shading, &plane, packet, statistics);
 }
@@ -634,6 +636,9 @@ pub(crate) trait Source<V> {
 
     /// Where it lies; of the piece that came last alone.
     fn outline(&self, piece: &Piece) -> Outline;
+
+    /// Who a piece is that came, and was not drawn before the last refill.
+    fn identity(&self, piece: &Piece) -> Option<Identity>;
 
     /// Takes in the values at a piece's corners, which need not be the one that came last. `None` if one is not there; then
     /// [`varyings`](Self::varyings) must not be asked.
@@ -698,6 +703,11 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
     }
 
     #[inline(always)]
+    fn identity(&self, piece: &Piece) -> Option<Identity> {
+        Some(self.geometry.identity(piece))
+    }
+
+    #[inline(always)]
     fn fetch(&mut self, piece: &Piece, history: Option<&History>) -> Option<()> {
         let [i, j, k] = piece.vertices;
         let varyings = &self.varyings;
@@ -717,7 +727,8 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
         };
         if let Some(history) = history {
             let at_vertices = each(*values, |value| value.0);
-            let at_corners = at_corners(piece.setup.order(), piece.identity.provoking, at_vertices, history);
+            let provoking = self.geometry.identity(piece).provoking;
+            let at_corners = at_corners(piece.setup.order(), provoking, at_vertices, history);
             *values = each(at_corners, Aligned);
         }
         Some(())
