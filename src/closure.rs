@@ -130,7 +130,8 @@ where
             if len > PACKET || (colors.len(), depths.len(), discarded.len()) != (len, len, len) {
                 return 0;
             }
-            // As it is: see `Padding::lanes`. So the compiler makes no loop for what is left over after SIMD, and keeps nothing for it.
+            // Never: with padding, there are whole groups (`Padding::lanes`). Said, so that the compiler makes no loop for what would be
+            // left over after SIMD, and keeps nothing for it.
             if has_padding && len % GROUP != 0 {
                 return 0;
             }

@@ -572,10 +572,11 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         }
     }
 
-    /// Who a piece of the batch is. (Not part of it: few draws ask.)
+    /// Who a piece is, which has to be of this batch. (No part of the piece: few closures ask.)
     #[inline(always)]
     pub(crate) fn identity(&self, piece: &Piece) -> Identity {
         let lane = piece.primitive.wrapping_sub(self.batch.primitive) as usize;
+        debug_assert!(lane < self.batch.count, "{piece:?} is not of the {} in the batch", self.batch.count);
         let last_provoking = self.batch.triangles.last_provoking(lane);
         self.facing.identity(last_provoking, piece.setup.is_counter_clockwise(), piece.primitive)
     }

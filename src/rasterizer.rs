@@ -510,7 +510,9 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
                 let (Piece { setup, .. }, Some(identity)) = (piece, source.identity(&piece)) else {
                     continue;
                 };
-                let shading = Shading::new(&setup, varyings, identity, pedigree.as_ref());
+                // A copy that nobody else can see: else each pixel that is stored might change it.
+                let values = each(varyings, |value| *value);
+                let shading = Shading::new(&setup, values.each_ref(), identity, pedigree.as_ref());
                 let [a, b, c] = setup.corners();
                 draw.draw_setup(&setup, sample_bounds(a, b, c), &shading);
             }
@@ -637,7 +639,7 @@ pub(crate) trait Source<V> {
     /// Where it lies; of the piece that came last alone.
     fn outline(&self, piece: &Piece) -> Outline;
 
-    /// Who a piece is that came, and was not drawn before the last refill.
+    /// Who a piece is; of those that came since the last refill alone.
     fn identity(&self, piece: &Piece) -> Option<Identity>;
 
     /// Takes in the values at a piece's corners, which need not be the one that came last. `None` if one is not there; then
@@ -666,8 +668,8 @@ struct Direct<'a, I, P, A: Attributes> {
     geometry: Geometry<'a, I, P>,
     varyings: A,
     fan: Option<Fan>,
-    /// Those of the piece that is drawn, each by itself: one after the other without a gap, LLVM would load the end of one and the
-    /// beginning of the next as one, and such a load has to wait for the stores of both.
+    /// Those of the piece that is drawn, most often with gaps between them: without, LLVM would load the end of one and the beginning
+    /// of the next as one, and such a load has to wait for the stores of both.
     values: Option<[Aligned<A::Value>; 3]>,
 }
 

@@ -180,6 +180,7 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
                     (colors, depths, discarded, samples)
                 }
                 _ => {
+                    debug_assert_eq!(begin, 0, "it is all of the packet");
                     let (Some(colors), Some(depths), Some(discarded), Some(samples)) = (
                         packet.colors.get_mut(..len),
                         packet.depths.get_mut(..len),
@@ -328,7 +329,7 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
             let depth = &*depth;
             let read = |place: u32| depth.get(place as usize).copied();
             let places = self.places.narrow.with_stride(stride);
-            // (A loop over both words would have to keep them in memory. Few triangles have a second one.)
+            // (`for` would have to keep both in memory. Few triangles have a second one.)
             let [first, second] = covered_lanes;
             let (mut word, mut lanes) = (0, first);
             loop {

@@ -85,6 +85,7 @@ fn geometry_of(statistics: Statistics) -> Statistics {
 fn shade(fragment: &Fragment<'_, Mixed>, below: u32) -> u32 {
     let ([u, v], NoPerspective(n), Flat(flat)) = fragment.varyings();
     let mut hash = below.rotate_left(5).wrapping_mul(0x9e37_79b1) ^ flat ^ fragment.primitive_index();
+    hash ^= u32::from(fragment.is_front_facing()) << 31;
     let (weights, barycentrics) = (fragment.weights(), fragment.barycentrics());
     for bits in [u, v, n].into_iter().chain(weights).chain(barycentrics).map(f32::to_bits) {
         hash = (hash.rotate_left(7) ^ bits).wrapping_mul(0x85eb_ca6b);
