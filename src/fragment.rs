@@ -17,7 +17,7 @@ use crate::triple::each;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shading<'a, V> {
     /// At the corners, in canonical order.
-    varyings: [&'a V; 3],
+    varyings: &'a [V; 3],
     /// Where the corners are.
     corners: [[i32; 2]; 3],
     pub(crate) scales: Scales,
@@ -199,7 +199,7 @@ impl<'a, V: Varyings> Shading<'a, V> {
     #[inline(always)]
     pub(crate) fn new(
         setup: &Setup,
-        varyings: [&'a V; 3],
+        varyings: &'a [V; 3],
         identity: Identity,
         pedigree: Option<&'a Pedigree>,
     ) -> Self {
@@ -226,13 +226,13 @@ impl<'a, V: Varyings> Shading<'a, V> {
 
     /// The values at the corners.
     #[inline(always)]
-    pub(crate) fn varyings(&self) -> [&V; 3] {
+    pub(crate) fn varyings(&self) -> &[V; 3] {
         self.varyings
     }
 
     /// The same with the values somewhere else.
     #[inline(always)]
-    pub(crate) fn with_varyings<'b>(self, varyings: [&'b V; 3]) -> Shading<'b, V>
+    pub(crate) fn with_varyings<'b>(self, varyings: &'b [V; 3]) -> Shading<'b, V>
     where
         'a: 'b,
     {
@@ -407,7 +407,7 @@ impl<V: Varyings> Fragment<'_, V> {
     #[must_use]
     pub fn varyings(&self) -> V {
         let weights = Weights::of_value(self.perspective(), self.linear(), self.triangle.provoking);
-        V::interpolate(&each(self.triangle.varyings, |value| *value), &weights)
+        V::interpolate(self.triangle.varyings, &weights)
     }
 
     /// The value's change from here to the right, a pixel: ∂/∂x of every smooth and noperspective part, exact at this
@@ -442,6 +442,6 @@ impl<V: Varyings> Fragment<'_, V> {
         let [dp, dq, dr] = product(step, inv_w);
         let here = (self.perspective(), self.at.inv_sum * (1.0 / inv_area2));
         let weights = Weights::of_change(([dp, dq], dp + dq + dr), here, [step[0], step[1]], provoking);
-        V::interpolate(&each(varyings, |value| *value), &weights)
+        V::interpolate(varyings, &weights)
     }
 }

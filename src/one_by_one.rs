@@ -268,7 +268,7 @@ impl<F: Framebuffer, T: DepthTest, S> OneByOne<'_, F, T, S> {
             Some(history) => reorder(history.interpolate(&[a, b, c], identity.provoking), order),
         };
         let pedigree = history.map(History::pedigree);
-        let shading = Shading::new(&setup, values.each_ref(), identity, pedigree.as_ref());
+        let shading = Shading::new(&setup, &values, identity, pedigree.as_ref());
         self.draw_setup(&setup, bounds, &shading);
     }
 

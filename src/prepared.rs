@@ -374,10 +374,8 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
     }
 
     #[inline(always)]
-    fn varyings(&self) -> Option<[&V; 3]> {
-        let values =
-            if self.is_piece { self.values.as_ref() } else { self.record.map(|record| &record.varyings) };
-        values.map(<[_; 3]>::each_ref)
+    fn varyings(&self) -> Option<&[V; 3]> {
+        if self.is_piece { self.values.as_ref() } else { self.record.map(|record| &record.varyings) }
     }
 }
 

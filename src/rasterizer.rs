@@ -27,7 +27,6 @@ use crate::state::{CullMode, FrontFace, ProvokingVertex, Statistics};
 use crate::target::{Borders, DOMAIN, Framebuffer, Rect};
 use crate::tiny::Outline;
 use crate::traverse::HAS_FLOAT_LANES;
-use crate::triple::each;
 use crate::upcoming::{Turns, Upcoming};
 use crate::vertex::Attributes;
 use crate::viewport::{ClipDepth, Viewport};
@@ -505,14 +504,12 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
                 if source.fetch(&piece, history.as_ref()).is_none() {
                     continue;
                 }
-                let Some(varyings) = source.varyings() else { continue };
+                let Some(&varyings) = source.varyings() else { continue };
                 let pedigree = history.as_ref().map(History::pedigree);
                 let (Piece { setup, .. }, Some(identity)) = (piece, source.identity(&piece)) else {
                     continue;
                 };
-                // A copy that nobody else can see: else each pixel that is stored might change it.
-                let values = each(varyings, |value| *value);
-                let shading = Shading::new(&setup, values.each_ref(), identity, pedigree.as_ref());
+                let shading = Shading::new(&setup, &varyings, identity, pedigree.as_ref());
                 let [a, b, c] = setup.corners();
                 draw.draw_setup(&setup, sample_bounds(a, b, c), &shading);
             }
@@ -647,7 +644,7 @@ pub(crate) trait Source<V> {
     fn fetch(&mut self, piece: &Piece, history: Option<&History>) -> Option<()>;
 
     /// The values that were taken in last.
-    fn varyings(&self) -> Option<[&V; 3]>;
+    fn varyings(&self) -> Option<&[V; 3]>;
 }
 
 /// The next triangle, or piece of one, of all.
@@ -668,9 +665,8 @@ struct Direct<'a, I, P, A: Attributes> {
     geometry: Geometry<'a, I, P>,
     varyings: A,
     fan: Option<Fan>,
-    /// Those of the piece that is drawn, most often with gaps between them: without, LLVM would load the end of one and the beginning
-    /// of the next as one, and such a load has to wait for the stores of both.
-    values: Option<[Aligned<A::Value>; 3]>,
+    /// Those of the piece that is drawn.
+    values: Option<[A::Value; 3]>,
 }
 
 impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> for Direct<'_, I, P, A> {
@@ -716,29 +712,23 @@ impl<I: Index, P: Positions, A: Attributes<Value: Varyings>> Source<A::Value> fo
         // One by one into the place where they stay.
         let values = match &mut self.values {
             Some(values) => {
-                values[0].0 = varyings.fetch(i)?;
-                values[1].0 = varyings.fetch(j)?;
-                values[2].0 = varyings.fetch(k)?;
+                values[0] = varyings.fetch(i)?;
+                values[1] = varyings.fetch(j)?;
+                values[2] = varyings.fetch(k)?;
                 values
             }
-            none => none.insert([
-                Aligned(varyings.fetch(i)?),
-                Aligned(varyings.fetch(j)?),
-                Aligned(varyings.fetch(k)?),
-            ]),
+            none => none.insert([varyings.fetch(i)?, varyings.fetch(j)?, varyings.fetch(k)?]),
         };
         if let Some(history) = history {
-            let at_vertices = each(*values, |value| value.0);
             let provoking = self.geometry.identity(piece).provoking;
-            let at_corners = at_corners(piece.setup.order(), provoking, at_vertices, history);
-            *values = each(at_corners, Aligned);
+            *values = at_corners(piece.setup.order(), provoking, *values, history);
         }
         Some(())
     }
 
     #[inline(always)]
-    fn varyings(&self) -> Option<[&A::Value; 3]> {
-        self.values.as_ref().map(|values| each(values.each_ref(), |value| &value.0))
+    fn varyings(&self) -> Option<&[A::Value; 3]> {
+        self.values.as_ref()
     }
 }
 

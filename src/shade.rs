@@ -39,7 +39,6 @@ use crate::state::Statistics;
 use crate::target::{Block, Borders, Framebuffer, lend};
 use crate::tiny::{self, Lanes, NarrowLanes, Tiny};
 use crate::traverse::{LANES, Solver};
-use crate::triple::each;
 use crate::upcoming::Known;
 
 /// What a draw's shading works with. The closure reads the colour already there if it `BLENDS`.
@@ -195,8 +194,8 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
 
             // A copy that nobody else can see: else each store to the framebuffer might change it, and the loop would load it
             // again and again.
-            let [a, b, c] = each(shading.varyings(), |value| *value);
-            let shading = shading.with_varyings([&a, &b, &c]);
+            let varyings = *shading.varyings();
+            let shading = shading.with_varyings(&varyings);
             let lost =
                 self.closure.shade_packet(self.test, &shading, samples, count, colors, depths, discarded);
             statistics.fragments += count as u64;
