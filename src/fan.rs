@@ -6,7 +6,7 @@
 use glam::Vec4;
 
 use crate::clip::{Corner, Room, room_of, turn};
-use crate::fragment::{Identity, Pedigree, reorder};
+use crate::fragment::{Pedigree, reorder};
 use crate::interpolate::{Varyings, Weights};
 use crate::project::{ProjectedVertex, Projector};
 use crate::setup::{Setup, signed_area2};
@@ -19,14 +19,14 @@ pub(crate) struct Piece {
     /// The caller's vertices: of a whole triangle in canonical order, of a clipped one as the caller named them;
     /// of a record, where it stands in the batch.
     pub(crate) vertices: [usize; 3],
-    /// The triangle's number.
+    /// The triangle's number. (Of records nobody asks for it here: they know who they are.)
     pub(crate) primitive: u32,
     /// Which piece of a [`Fan`] it is: corners 0, this and the next one. Zero for a whole triangle.
     pub(crate) in_fan: usize,
     /// Which samples of a *minute* triangle are covered, whose bounds hold two by two at the most: the lowest bit is the
     /// one at the top left, the next its right neighbour, then those below. All of them lie in the render area. 0 if it is
     /// not known: of larger ones, at the area's border, where few triangles are minute, of pieces of clipped ones, of
-    /// records, and where there is no SIMD. (As large as its number, so that no padding is copied while a piece waits.)
+    /// records, and where there is no SIMD. (As large as `primitive`, so that no padding is copied.)
     pub(crate) covered: u32,
 }
 
@@ -149,7 +149,8 @@ pub(crate) struct Fan {
     /// The polygon, as many as `len`.
     corners: Room,
     len: usize,
-    pub(crate) identity: Identity,
+    /// The triangle's number.
+    pub(crate) primitive: u32,
     /// Twice the signed area of all of it.
     area2: i64,
     /// The next piece.
@@ -162,11 +163,11 @@ impl Fan {
         vertices: [usize; 3],
         positions: [Vec4; 3],
         outcodes: u8,
+        primitive: u32,
         projector: &Projector,
     ) -> Self {
         let corners = room_of(positions);
-        let identity = Identity { provoking: 0, is_front_facing: false, primitive: 0 };
-        let mut fan = Self { vertices, positions, outcodes, corners, len: 3, identity, area2: 0, next: 1 };
+        let mut fan = Self { vertices, positions, outcodes, corners, len: 3, primitive, area2: 0, next: 1 };
         fan.len = projector.volume.clip(&mut fan.corners, outcodes);
         let polygon = fan.corners.get_mut(..fan.len).unwrap_or_default();
         fan.area2 = settle(polygon, projector, &mut [ProjectedVertex::BLANK; 3]);
@@ -205,7 +206,7 @@ impl Fan {
                 return Some(Piece {
                     setup,
                     vertices: self.vertices,
-                    primitive: self.identity.primitive,
+                    primitive: self.primitive,
                     in_fan,
                     covered: 0,
                 });
@@ -247,7 +248,8 @@ mod tests {
                 Vec4::new(x, y, next() * 2.0 - 1.0, 1.0) * (0.5 + next())
             });
             let outcodes = each(triangle, |position| projector.volume.outcode(position));
-            let mut fan = Fan::new([0; 3], triangle, outcodes[0] | outcodes[1] | outcodes[2], &projector);
+            let union = outcodes[0] | outcodes[1] | outcodes[2];
+            let mut fan = Fan::new([0; 3], triangle, union, 0, &projector);
             let corners: Vec<_> =
                 fan.polygon().iter().map(|corner| projector.project_clipped(&corner.position)).collect();
             let [a, b, c, d] = corners[..] else { continue };

@@ -232,6 +232,8 @@ mod verdict {
     pub(super) const UNDECIDED: u32 = 1 << 4;
     pub(super) const TINY: u32 = 1 << 5;
     pub(super) const COVERED_SHIFT: u32 = 8;
+    /// Of those four bits, shifted down.
+    pub(super) const COVERED: u32 = 0b1111;
     pub(super) const DROPPED: u32 = 1 << 31;
 }
 
@@ -567,7 +569,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 let setup = self.aside.setup;
                 (setup, self.batch.triangles.in_order(lane, &setup.order()))
             };
-            let covered = self.within(&setup, verdict >> verdict::COVERED_SHIFT & 0b1111);
+            let covered = self.within(&setup, verdict >> verdict::COVERED_SHIFT & verdict::COVERED);
             return Some(Piece { setup, vertices, primitive: number, in_fan: 0, covered });
         }
     }
@@ -678,7 +680,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             return None;
         }
         let positions = each([a, b, c], |position| self.vertices.projector.to_clip(position));
-        let mut fan = Fan::new(triangle.vertices(), positions, union, &self.vertices.projector);
+        let fan = Fan::new(triangle.vertices(), positions, union, primitive, &self.vertices.projector);
         if fan.is_empty() {
             self.statistics.outside += 1;
             return None;
@@ -691,7 +693,6 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
             *count += 1;
             return None;
         }
-        fan.identity = self.facing.identity(triangle.last_provoking(), fan.area2() < 0, primitive);
         Some(fan)
     }
 }

@@ -135,9 +135,9 @@ impl<V: Copy> Record<V> {
     }
 
     #[cold]
-    fn of_fan(fan: &Fan, varyings: [V; 3]) -> Self {
+    fn of_fan(fan: &Fan, identity: Identity, varyings: [V; 3]) -> Self {
         let (positions, outcodes) = fan.origin();
-        let Identity { provoking, is_front_facing, primitive } = fan.identity;
+        let Identity { provoking, is_front_facing, primitive } = identity;
         Self {
             words: each(positions, |position| position.to_array().map(f32::to_bits)),
             primitive,
@@ -160,9 +160,7 @@ impl<V: Copy> Record<V> {
     #[inline(never)]
     fn fan(&self, projector: &Projector) -> Fan {
         let positions = each(self.words, |words| Vec4::from_array(words.map(f32::from_bits)));
-        let mut fan = Fan::new([0; 3], positions, self.detail, projector);
-        fan.identity = self.identity();
-        fan
+        Fan::new([0; 3], positions, self.detail, self.primitive, projector)
     }
 
     /// Calls `visit` with each triangle that it consists of.
@@ -256,9 +254,10 @@ impl<I: Index, P: Positions, A: Attributes> Preparation<'_, I, P, A> {
             let values = each(piece.vertices, |index| self.varyings.fetch(index));
             let [Some(a), Some(b), Some(c)] = values else { continue };
             // Of a clipped triangle, the first piece that may be seen stands for all: the rest of the fan is dropped.
+            let identity = self.geometry.identity(&piece);
             return Some(match fan {
-                None => Record::of_piece(&piece, self.geometry.identity(&piece), [a, b, c]),
-                Some(fan) => Record::of_fan(&fan, [a, b, c]),
+                None => Record::of_piece(&piece, identity, [a, b, c]),
+                Some(fan) => Record::of_fan(&fan, identity, [a, b, c]),
             });
         }
     }

@@ -5,8 +5,9 @@
 //! wrong finds out then, and all that it did meanwhile is lost. So each piece is set up, and its coverage found out, while the one
 //! before it still waits to be drawn: when its own turn comes, these branches need no guess. (Depth passes have no such loops.)
 //!
-//! For that, a piece waits in memory, which takes up to 80 instructions, or 10 with AVX2: where most pieces are minute, whose coverage is
-//! known anyway, a loss of one or two hundredths of the time. Where a framebuffer lends no blocks, coverage is found out again.
+//! For that, a piece waits in memory, which takes up to 80 instructions, or 10 with AVX2: where most pieces are minute, whose
+//! coverage is known anyway, a loss of one or two hundredths of the time. Where a framebuffer lends no blocks, coverage is found out
+//! again.
 
 use crate::fan::{History, Piece};
 use crate::target::Borders;
