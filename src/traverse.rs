@@ -355,22 +355,10 @@ impl<T: Real> Lines<T> {
         for (lane, row) in row.iter_mut().enumerate() {
             *row = T::of(i64::from(first - self.y + lane as i32));
         }
-        // Each edge along each row, at column 0; and the first column at which its sign has changed.
-        let (mut at_zero, mut crossing) = ([[zero; LANES]; 3], [[zero; LANES]; 3]);
-        for i in 0..3 {
-            let rises = self.a[i] > zero;
-            for lane in 0..LANES {
-                let e = self.b[i] * row[lane] + self.c[i];
-                let t = e * self.minus_inv_a[i];
-                let t = if t > -one { t } else { -one };
-                let t = if t < beyond { t } else { beyond };
-                let estimate = (t + T::ROUNDING) - T::ROUNDING;
-                // The estimate is off by at most ½ and a little, so the crossing is there or one column on.
-                let is_inside = self.a[i] * estimate + e >= zero;
-                at_zero[i][lane] = e;
-                crossing[i][lane] = estimate + if is_inside == rises { zero } else { one };
-            }
-        }
+        // Each edge along each row, at column 0; and the first column at which its sign has changed. (One after the other, and not
+        // in a loop: with AVX-512, that would be what becomes SIMD, with a scatter for each row.)
+        let ((e0, c0), (e1, c1), (e2, c2)) = (self.along(0, row), self.along(1, row), self.along(2, row));
+        let (at_zero, crossing) = ([e0, e1, e2], [c0, c1, c2]);
         // Edge 1 is the left side and edge 2 the right side, unless it is exactly on top. Edge 0 may be either or below.
         let none = beyond + one + one;
         let mut rows = Rows::EMPTY;
@@ -394,6 +382,26 @@ impl<T: Real> Lines<T> {
             }
         }
         rows
+    }
+
+    /// Edge `i` along some rows, at column 0; and the first column at which its sign has changed.
+    #[inline(always)]
+    fn along(&self, i: usize, row: [T; LANES]) -> ([T; LANES], [T; LANES]) {
+        let (zero, one, beyond) = (T::of(0), T::of(1), T::BEYOND);
+        let rises = self.a[i] > zero;
+        let (mut at_zero, mut crossing) = ([zero; LANES], [zero; LANES]);
+        for lane in 0..LANES {
+            let e = self.b[i] * row[lane] + self.c[i];
+            let t = e * self.minus_inv_a[i];
+            let t = if t > -one { t } else { -one };
+            let t = if t < beyond { t } else { beyond };
+            let estimate = (t + T::ROUNDING) - T::ROUNDING;
+            // The estimate is off by at most ½ and a little, so the crossing is there or one column on.
+            let is_inside = self.a[i] * estimate + e >= zero;
+            at_zero[lane] = e;
+            crossing[lane] = estimate + if is_inside == rises { zero } else { one };
+        }
+        (at_zero, crossing)
     }
 }
 

@@ -54,6 +54,16 @@ pub fn packed_vec2(scene: &mut Scene<'_, Vec2>) -> bool {
     })
 }
 
+/// Compiled for more than everything around it: all of the draw comes along.
+#[target_feature(enable = "avx2")]
+#[inline(never)]
+pub fn dispatched_vec2(scene: &mut Scene<'_, Vec2>) -> bool {
+    draw(scene, |fragment, _| {
+        let uv = fragment.varyings();
+        pack_rgba8(Vec4::new(uv.x, length(uv), uv.y, 1.0))
+    })
+}
+
 #[inline(never)]
 pub fn packed_struct(scene: &mut Scene<'_, Lit>) -> bool {
     draw(scene, |fragment, _| {
