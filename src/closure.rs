@@ -9,6 +9,7 @@ use crate::depth::{DepthFormat, DepthTest};
 use crate::fragment::{Fragment, Shading};
 use crate::interpolate::Varyings;
 use crate::packet::{GROUP, PACKET, RAMP, Samples};
+use crate::traverse::HAS_WIDE_LANES;
 
 /// How a closure, or two, wants its packets.
 pub(crate) trait Closure {
@@ -40,8 +41,8 @@ impl Padding {
         let padded = count.next_multiple_of(GROUP);
         let is_padded = match self {
             Self::None => false,
-            // A fragment stays alone: seven lanes more cost more.
-            Self::Skipped => count > 1,
+            // One or two stay alone: six or seven lanes more cost more.
+            Self::Skipped => count > 2,
             Self::Shaded => begin + padded <= PACKET,
         };
         if is_padded { padded } else { count }
@@ -86,8 +87,7 @@ impl<S> Closure for Whole<S> {
     /// Up to seven fragments that are left over after SIMD, one by one, are a tenth of a fine mesh's time where it has eight lanes;
     /// where it has four, they are a fiftieth, and with the condition closures so large that rounds are not unrolled do not become
     /// SIMD. Not where the closure may read: what it reads may not be there where it is not called.
-    const PADDING: Padding =
-        if cfg!(target_feature = "avx") && !Self::MAY_READ { Padding::Skipped } else { Padding::None };
+    const PADDING: Padding = if HAS_WIDE_LANES && !Self::MAY_READ { Padding::Skipped } else { Padding::None };
 }
 
 impl<V, C, S, R> Shade<V, C> for Whole<S>

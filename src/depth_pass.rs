@@ -14,7 +14,7 @@ use crate::project::ProjectedVertex;
 use crate::setup::Setup;
 use crate::target::{Block, Borders, Framebuffer};
 use crate::tiny::{Outline, Row, Tiny};
-use crate::traverse::{LANES, Solver};
+use crate::traverse::{HAS_WIDE_LANES, LANES, Solver};
 
 /// What a draw without a closure works with: depth is tested and written where it lies, eight pixels at a time.
 #[derive(Debug)]
@@ -155,7 +155,7 @@ impl<F: Framebuffer, T: DepthTest> DepthPass<'_, F, T> {
             _ => return draw_by_runs::<_, N>(self.target, self.test, *tiny, width, *plane),
         };
         let (mut passed, mut at) = ([0; 8], 0usize);
-        if N == 8 && cfg!(target_feature = "avx") {
+        if N == 8 && HAS_WIDE_LANES {
             // In one register. (Vec4 is four lanes, whatever there is.)
             let mut row = tiny.first_eight();
             for _ in 0..height {

@@ -15,7 +15,7 @@ use crate::fragment::{Fragment, SampleWeights, Shading, WeightParts, divided_lan
 use crate::interpolate::Varyings;
 use crate::plane::{DepthPlane, RowPlane};
 use crate::tiny::{NEGATIVE, SIDE, Tiny};
-use crate::traverse::HAS_FLOAT_LANES;
+use crate::traverse::{HAS_FLOAT_LANES, HAS_WIDE_LANES};
 
 /// How many fragments are in flight: enough for SIMD to be worth its overhead, and little enough for the first-level
 /// cache. Where fragments are drawn one by one there is no packet.
@@ -101,7 +101,7 @@ pub(crate) struct Triangle<'a, V> {
 
 /// How many fragments of a tiny triangle are worked out at a time: as many as the shading loop will load at once. A load of what
 /// two stores have left has to wait until both have reached the cache.
-pub(crate) const GROUP: usize = if cfg!(target_feature = "avx") { 8 } else { 4 };
+pub(crate) const GROUP: usize = if HAS_WIDE_LANES { 8 } else { 4 };
 
 /// Room for the fragments of a tiny triangle. They are at most some 150, of which a group at a time is added: all of its bounds
 /// are more than enough.
@@ -192,7 +192,7 @@ pub(crate) struct Start {
 
 /// Rows up to this width share packets: as many windows as LLVM makes no loop of. Where a register has four lanes, each window
 /// takes twice the instructions.
-pub(crate) const NARROW: usize = WINDOW * if cfg!(target_feature = "avx") { 8 } else { 5 };
+pub(crate) const NARROW: usize = WINDOW * if HAS_WIDE_LANES { 8 } else { 5 };
 
 impl<C, D> Packet<'_, C, D> {
     /// Sets one fragment.

@@ -35,6 +35,13 @@ const COMPACT: i32 = 1023;
 pub(crate) const HAS_FLOAT_LANES: bool =
     cfg!(any(target_arch = "x86_64", target_arch = "x86", target_arch = "aarch64", target_arch = "wasm32"));
 
+/// Whether draws are compiled for registers of eight `f32`: because the crate is, or because the feature `dispatch` says so.
+/// Both ways draw the same bits.
+pub(crate) const HAS_WIDE_LANES: bool = cfg!(any(
+    target_feature = "avx",
+    all(feature = "dispatch", any(target_arch = "x86_64", target_arch = "x86")),
+));
+
 /// Whether floats are not emulated, as far as that is told while compiling. (Of RISC-V's extensions only newer compilers tell:
 /// with an operating system, there is an FPU.) A wrong guess costs time or flash; the bits are the same.
 pub(crate) const HAS_FPU: bool = cfg!(not(any(

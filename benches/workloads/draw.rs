@@ -64,35 +64,55 @@ impl Canvas {
     }
 
     /// Draws into all rows, or some; every vertex is transformed and projected first, once.
+    #[cfg_attr(feature = "dispatch", inline(always))]
     pub fn draw(&mut self, workload: &Workload, rows: Range<u32>) -> Statistics {
         let target = target(&mut self.color, &mut self.depth, &mut self.bounds, rows);
         let (primitives, room) = (Primitives::list().indexed_by(&self.indices), &mut self.room[..]);
         let scene = Scene { workload, target, primitives, room };
+        // Where a draw is dispatched, each closure is used in several functions; the attribute brings it into all of them.
         match &workload.shading {
             Shading::DepthOnly => scene.draw_depth(),
-            Shading::LitChecker(varyings) => {
-                scene.draw(varyings.as_slice(), |fragment| lit_checker(fragment.varyings()))
-            }
+            Shading::LitChecker(varyings) => scene.draw(
+                varyings.as_slice(),
+                #[inline(always)]
+                |fragment| lit_checker(fragment.varyings()),
+            ),
             Shading::LitTexture(varyings, texture) => scene.draw_staged(
                 varyings.as_slice(),
+                #[inline(always)]
                 |fragment| {
                     let (dx, dy) = (fragment.varyings_dx().uv, fragment.varyings_dy().uv);
                     lit_place(fragment.varyings(), dx, dy)
                 },
+                #[inline(always)]
                 |place| lit_texture(texture, place),
             ),
-            Shading::Checker(uvs) => {
-                self.checkers.draw(scene, uvs.as_slice(), |rasterizer, target, triangles| {
-                    rasterizer.draw_prepared(target, triangles, |fragment| checker(fragment.varyings()))
-                })
-            }
-            Shading::Blend(colors) => {
-                let colors = Computed::new(colors.len(), |i| colors[i].to_array());
-                self.blended.draw(scene, colors, |rasterizer, target, triangles| {
-                    let shade = |fragment: Fragment<'_, _>, under| blend(fragment.varyings(), under);
-                    rasterizer.draw_prepared_over(target, triangles, shade)
-                })
-            }
+            Shading::Checker(uvs) => self.checkers.draw(
+                scene,
+                uvs.as_slice(),
+                #[inline(always)]
+                |rasterizer, target, triangles| {
+                    rasterizer.draw_prepared(
+                        target,
+                        triangles,
+                        #[inline(always)]
+                        |fragment| checker(fragment.varyings()),
+                    )
+                },
+            ),
+            Shading::Blend(colors) => self.blended.draw(
+                scene,
+                Computed::new(colors.len(), |i| colors[i].to_array()),
+                #[inline(always)]
+                |rasterizer, target, triangles| {
+                    rasterizer.draw_prepared_over(
+                        target,
+                        triangles,
+                        #[inline(always)]
+                        |fragment, under| blend(fragment.varyings(), under),
+                    )
+                },
+            ),
         }
     }
 }
@@ -122,6 +142,7 @@ struct Scene<'a> {
 
 impl Scene<'_> {
     /// One draw call.
+    #[cfg_attr(feature = "dispatch", inline(always))]
     fn draw<V: Varyings>(
         mut self,
         varyings: impl Attributes<Value = V>,
@@ -133,6 +154,7 @@ impl Scene<'_> {
     }
 
     /// One draw call with two closures.
+    #[cfg_attr(feature = "dispatch", inline(always))]
     fn draw_staged<V: Varyings, M: Columns>(
         mut self,
         varyings: impl Attributes<Value = V>,
@@ -146,6 +168,7 @@ impl Scene<'_> {
     }
 
     /// One draw call without colour.
+    #[cfg_attr(feature = "dispatch", inline(always))]
     fn draw_depth(mut self) -> Statistics {
         let rasterizer = rasterizer::<()>(self.workload);
         let vertices = rasterizer.project(positions(self.workload), self.room).expect("prepared");
@@ -173,6 +196,7 @@ impl<V: Varyings + Default> InBands<V> {
 
     /// Band by band: each is in the cache while all triangles that touch it are drawn. Where every pixel is read and written
     /// several times, that is up to half of the time.
+    #[cfg_attr(feature = "dispatch", inline(always))]
     fn draw(
         &mut self,
         Scene { workload, mut target, primitives, room }: Scene<'_>,

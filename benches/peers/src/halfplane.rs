@@ -32,7 +32,7 @@ impl Contestant for Halfplane {
     }
 
     fn draw(&mut self, workload: &Workload) {
-        self.canvas.draw(workload, 0..HEIGHT);
+        draw(&mut self.canvas, workload);
     }
 
     fn read_pixels(&mut self) -> Vec<u32> {
@@ -42,4 +42,16 @@ impl Contestant for Halfplane {
     fn read_depth(&mut self) -> Vec<f32> {
         self.canvas.depth.clone()
     }
+}
+
+/// One frame; if it is dispatched, compiled for the best of these that the processor has.
+#[cfg_attr(
+    feature = "dispatch",
+    multiversion::multiversion(targets(
+        "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+fma+lzcnt+popcnt",
+        "x86_64+avx2+bmi1+bmi2+fma+lzcnt+popcnt"
+    ))
+)]
+fn draw(canvas: &mut Canvas, workload: &Workload) {
+    canvas.draw(workload, 0..HEIGHT);
 }

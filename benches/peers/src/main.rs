@@ -182,7 +182,9 @@ fn compete(
 
 /// What of the processor the compiler was allowed to use.
 fn features() -> &'static str {
-    if cfg!(target_feature = "avx512f") {
+    if cfg!(feature = "dispatch") {
+        "whatever the processor has, found out while it runs"
+    } else if cfg!(target_feature = "avx512f") {
         "AVX-512"
     } else if cfg!(target_feature = "avx2") {
         "AVX2"
