@@ -64,6 +64,12 @@
 //!
 //! There is no clear: the memory is yours. Fill it before the first draw of a frame (`pixels.fill(…)`, depths with 1, or
 //! 0 for reverse Z, or the format's largest value).
+//!
+//! # Features
+//!
+//! * `dispatch`: for programs that choose between SIMD at run time, as with the crate `multiversion`. Packets are arranged for
+//!   registers of eight `f32`, whatever the crate is compiled for; the bits are the same. See
+//!   [One program, every processor](how_fast#one-program-every-processor).
 #![no_std]
 
 pub use glam;

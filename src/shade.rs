@@ -7,14 +7,15 @@
 //! * a stretch of one row: depth is tested for all of it at once. If all fragments pass, as most often, they are shaded,
 //!   straight into the framebuffer where that is safe; if none, the stretch is done; if some, each run of fragments that
 //!   pass is shaded;
-//! * up to eight rows of at most 64 pixels, or 40 without AVX, in windows of eight, if all fragments of them pass: shaded
+//! * up to eight rows of at most [`NARROW`] pixels, in windows of eight, if all fragments of them pass: shaded
 //!   as one packet and then written row by row. A row at a time, such triangles would cost more in loops than in shading; or
 //! * all fragments that pass of a [`tiny`](crate::tiny) triangle, whose rows are windows of 4 to 16 samples, or of a
 //!   [`minute`](crate::minute) one, whose samples are known.
 //!
 //! Which samples a triangle up to eight pixels wide covers is found out while the one before it still waits to be drawn: see
 //! [`upcoming`](crate::upcoming).
-//! With AVX, packets of the last two kinds are filled up to a multiple of eight, so that none is left over after SIMD.
+//! With registers of eight lanes, packets of the last two kinds are filled up to a multiple of eight, so that none is left over after
+//! SIMD.
 //!
 //! Elsewhere, `one_by_one.rs` tests and shades one fragment after the other: less memory, less code, and the same results.
 

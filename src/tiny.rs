@@ -13,7 +13,7 @@
 //!   found out again.)
 //!
 //! Rows are computed in glam's `Vec4`, which is SIMD on every target that has it: out of plain arrays of lanes, compilers
-//! made something else for odd lanes. Only depth passes compiled for AVX have [eight](Tiny::eight) lanes.
+//! made something else for odd lanes. Only depth passes have [eight](Tiny::eight) lanes, where there are registers for them.
 
 use glam::Vec4;
 
