@@ -3,10 +3,11 @@
 //! The whole draw is inlined into the function that calls it. So it is compiled for the processor that this function is
 //! compiled for, and a crate like `multiversion` around it makes AVX2 and AVX-512 of the draw, without `unsafe` here.
 //! The closure comes along, because it is written in a function that is inlined too, and has the attribute itself: it is
-//! called in three functions now, and a large one would be left outside of all of them.
+//! called in several functions now, and a large one would be left outside of all of them.
 //!
-//! The feature `dispatch` tells `halfplane` that draws have wider registers than the crate was compiled for:
-//! `cargo run --release --features dispatch --example dispatch`. Here it hardly shows; meshes of small triangles gain a tenth.
+//! The feature `dispatch` tells `halfplane` that draws have wider registers than the crate is compiled for:
+//! `cargo run --release --features dispatch --example dispatch`. Here that hardly shows; a mesh whose triangles have some
+//! nine pixels takes a seventh less time with it.
 
 use std::time::Instant;
 

@@ -67,8 +67,8 @@
 //!
 //! # Features
 //!
-//! * `dispatch`: for programs that choose between SIMD at run time, as with the crate `multiversion`. Packets are arranged for
-//!   registers of eight `f32`, whatever the crate is compiled for; the bits are the same. See
+//! * `dispatch`: for programs that choose between SIMD at run time, as with the crate `multiversion`. On x86 and x86-64, fragments are
+//!   then arranged for registers of eight `f32`, though the crate is compiled for less; the bits are the same. See
 //!   [One program, every processor](how_fast#one-program-every-processor).
 #![no_std]
 

@@ -14,8 +14,8 @@
 //!
 //! Which samples a triangle up to eight pixels wide covers is found out while the one before it still waits to be drawn: see
 //! [`upcoming`](crate::upcoming).
-//! With registers of eight lanes, packets of the last two kinds are filled up to a multiple of eight, so that none is left over after
-//! SIMD.
+//! With registers of eight lanes, packets of the last two kinds are filled up to a multiple of eight, but for one or two fragments, so
+//! that none is left over after SIMD.
 //!
 //! Elsewhere, `one_by_one.rs` tests and shades one fragment after the other: less memory, less code, and the same results.
 

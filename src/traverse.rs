@@ -35,8 +35,8 @@ const COMPACT: i32 = 1023;
 pub(crate) const HAS_FLOAT_LANES: bool =
     cfg!(any(target_arch = "x86_64", target_arch = "x86", target_arch = "aarch64", target_arch = "wasm32"));
 
-/// Whether draws are compiled for registers of eight `f32`: because the crate is, or because the feature `dispatch` says so.
-/// Both ways draw the same bits.
+/// Whether draws are compiled for registers of eight `f32`: because the crate is, or on x86, because the feature `dispatch` says
+/// so. Both ways draw the same bits.
 pub(crate) const HAS_WIDE_LANES: bool = cfg!(any(
     target_feature = "avx",
     all(feature = "dispatch", any(target_arch = "x86_64", target_arch = "x86")),

@@ -105,7 +105,14 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         let row = compete(&workload, &mut contestants, &options)?;
         rows.push((workload, row));
     }
-    println!("Medians of {} frames, {}; built for {}.\n", options.frames, options.clock.what(), features());
+    let dispatched = if cfg!(feature = "dispatch") { "; halfplane is dispatched" } else { "" };
+    println!(
+        "Medians of {} frames, {}; built for {}{}.\n",
+        options.frames,
+        options.clock.what(),
+        features(),
+        dispatched
+    );
     print_table(&contestants, &rows);
     Ok(if print_differences(&contestants, &rows) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
@@ -182,9 +189,7 @@ fn compete(
 
 /// What of the processor the compiler was allowed to use.
 fn features() -> &'static str {
-    if cfg!(feature = "dispatch") {
-        "whatever the processor has, found out while it runs"
-    } else if cfg!(target_feature = "avx512f") {
+    if cfg!(target_feature = "avx512f") {
         "AVX-512"
     } else if cfg!(target_feature = "avx2") {
         "AVX2"
