@@ -711,9 +711,15 @@ fn skip<D: DepthFormat, const PASSING: bool>(
 ) -> usize {
     let is_skipped = |z: f32, old: D| passes(test, z, old) == PASSING;
     // Eight at a time as long as there are eight.
-    while let (Some(z), Some(old)) = (z.get(from..from + WINDOW), old.get(from..from + WINDOW)) {
-        let skipped: u32 = z.iter().zip(old).map(|(&z, &old)| u32::from(is_skipped(z, old))).sum();
-        if skipped < WINDOW as u32 {
+    while let (Some(z), Some(old)) = (
+        z.get(from..).and_then(<[_]>::first_chunk::<WINDOW>),
+        old.get(from..).and_then(<[_]>::first_chunk::<WINDOW>),
+    ) {
+        let mut others = [0u32; WINDOW];
+        for i in 0..WINDOW {
+            others[i] = u32::from(!is_skipped(z[i], old[i]));
+        }
+        if others.iter().fold(0, |any, &other| any | other) != 0 {
             break;
         }
         from += WINDOW;
