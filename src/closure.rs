@@ -85,7 +85,8 @@ impl<S> Closure for Whole<S> {
     const MAY_READ: bool = size_of::<S>() > 0 && align_of::<S>() >= align_of::<&u8>();
 
     /// Up to seven fragments that are left over after SIMD, one by one, are a tenth of a fine mesh's time where it has eight lanes;
-    /// where it has four, they are a fiftieth, as much as the condition costs others. Not where the closure may read: what it reads may not be there where it is not called.
+    /// where it has four, they are a fiftieth, as much as the condition costs others. Not where the closure may read: what it reads
+    /// may not be there where it is not called.
     const PADDING: Padding = if HAS_WIDE_LANES && !Self::MAY_READ { Padding::Skipped } else { Padding::None };
 }
 

@@ -710,7 +710,7 @@ fn skip<D: DepthFormat, const PASSING: bool>(
     mut from: usize,
 ) -> usize {
     let is_skipped = |z: f32, old: D| passes(test, z, old) == PASSING;
-    // Eight at a time as long as there are eight.
+    // Eight at a time as long as there are eight. (Not summed up: with AVX-512, a mask would be taken apart bit by bit.)
     while let (Some(z), Some(old)) = (
         z.get(from..).and_then(<[_]>::first_chunk::<WINDOW>),
         old.get(from..).and_then(<[_]>::first_chunk::<WINDOW>),
