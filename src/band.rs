@@ -22,6 +22,8 @@ pub(crate) struct Band {
     pub(crate) start: [i32; LANES],
     pub(crate) end: [i32; LANES],
     pub(crate) anchor: [i32; LANES],
+    /// How many columns each row's start lies behind its anchor.
+    pub(crate) dx: [f32; LANES],
     /// What weights are made of, and depth, at the anchors.
     pub(crate) parts: [[f32; LANES]; 5],
     pub(crate) z: [f32; LANES],
@@ -43,6 +45,7 @@ impl Band {
             start: [0; LANES],
             end: [0; LANES],
             anchor: [0; LANES],
+            dx: [0.0; LANES],
             parts: [[0.0; LANES]; 5],
             z: [0.0; LANES],
             y: bounds.top.max(area.top),
@@ -73,6 +76,7 @@ impl Band {
         for row in 0..LANES {
             self.start[row] = rows.start[row].max(left);
             self.end[row] = rows.end[row].min(right);
+            self.dx[row] = self.start[row].wrapping_sub(rows.anchor[row]) as f32;
             self.z[row] = plane.at_edges(rows.edges[0][row], rows.edges[1][row]);
         }
         self.anchor = rows.anchor;

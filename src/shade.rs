@@ -22,6 +22,7 @@
 #![expect(clippy::cast_possible_truncation, reason = "offsets in a packet and rows of a band are under 2⁹")]
 
 use core::hint::black_box;
+use core::num::NonZeroUsize;
 use core::ops::Range;
 
 use crate::band::Band;
@@ -610,7 +611,7 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
         if filled + room > PACKET || x + room as i32 > self.target_area.right {
             return None;
         }
-        let (len, dx) = (band.end[row] - x, (x - band.anchor[row]) as f32);
+        let (len, dx) = (band.end[row] - x, band.dx[row]);
         let run = self.target.run(x, y, room);
         let old = (run.color.get(..room)?, run.depth.get(..room)?);
         if !BLENDS {
@@ -635,24 +636,29 @@ impl<F: Framebuffer, T: DepthTest, S: Closure, const BLENDS: bool> Shader<'_, F,
         let mut begin = 0;
         for row in core::mem::take(&mut at.gathered) {
             let Some(&end) = at.ends.get(row) else { return };
-            if begin < end && self.write_row(band, row, begin..end, packet).is_none() {
-                return;
+            let Some(len) = end.checked_sub(begin) else { return };
+            // (A number of which LLVM knows that it is not 0: a run that is not there is too short for it, which is asked once then.)
+            if let Some(len) = NonZeroUsize::new(len) {
+                if self.write_row(band, row, (begin..end, len), packet).is_none() {
+                    return;
+                }
             }
             begin = end;
         }
     }
 
-    /// Writes the pixels of a row that stands there in the packet.
+    /// Writes the pixels of a row that stands there in the packet, so many.
     #[inline(always)]
     fn write_row(
         &mut self,
         band: &Band,
         row: usize,
-        place: Range<usize>,
+        (place, len): (Range<usize>, NonZeroUsize),
         packet: &Packet<'_, F::Color, F::Depth>,
     ) -> Option<()> {
-        let run = self.target.run(band.start[row], band.y + row as i32, place.len());
-        let (to_colors, to_depths) = (run.color.get_mut(..place.len())?, run.depth.get_mut(..place.len())?);
+        let len = len.get();
+        let run = self.target.run(band.start[row], band.y + row as i32, len);
+        let (to_colors, to_depths) = (run.color.get_mut(..len)?, run.depth.get_mut(..len)?);
         let (colors, depths) = (packet.colors.get(place.clone())?, packet.depths.get(place)?);
         write_both((to_colors, colors), (to_depths, depths), self.test.writes());
         Some(())
