@@ -1,5 +1,5 @@
 //! How this crate draws a workload, as a renderer's author would write it: a mesh in one draw call, and a few large
-//! triangles, or many that are blended, in bands that fit in the cache.
+//! triangles, or many that are blended, in tiles that fit in the cache.
 
 use core::ops::Range;
 
@@ -23,8 +23,8 @@ pub struct Canvas {
     bounds: Vec<f32>,
     indices: IndexBuffer<Vec<u32>>,
     room: Vec<ProjectedVertex>,
-    checkers: InBands<Vec2>,
-    blended: InBands<[f32; 4]>,
+    checkers: InTiles<Vec2>,
+    blended: InTiles<[f32; 4]>,
 }
 
 /// The pixels of some rows, with coarse depth.
@@ -41,8 +41,8 @@ impl Canvas {
             bounds: vec![0.0; bounds],
             indices: IndexBuffer::new(Vec::new()),
             room: Vec::new(),
-            checkers: InBands::default(),
-            blended: InBands::default(),
+            checkers: InTiles::new(BAND),
+            blended: InTiles::new(TILE),
         }
     }
 
@@ -176,25 +176,33 @@ impl Scene<'_> {
     }
 }
 
-/// Room for triangles, and for the numbers of those that touch each band.
-#[derive(Default)]
-struct InBands<V> {
+/// For triangles that are wide: with colour and depth, a megabyte.
+const BAND: (u32, u32) = (WIDTH, 64);
+
+/// For small ones, of which most touch a tile or two, the higher the fewer: 655 kilobytes.
+const TILE: (u32, u32) = (640, 128);
+
+/// Room for triangles, and for the numbers of those that touch each tile.
+struct InTiles<V> {
+    grid: Grid,
     records: Vec<Record<V>>,
     memory: Vec<u32>,
 }
 
-impl<V: Varyings + Default> InBands<V> {
-    /// Rows of a band: with colour and depth, a megabyte.
-    const ROWS: u32 = 64;
-
-    /// Most triangles touch a band or two; if there are few, each may touch all.
-    fn prepare(&mut self, workload: &Workload) {
-        let (triangles, bands) = (workload.indices.len() / 3, HEIGHT.div_ceil(Self::ROWS) as usize);
-        self.records.resize(triangles, Record::default());
-        self.memory.resize(Grid::bin_memory(bands, bands * triangles.min(1000) + 2 * triangles), 0);
+impl<V: Varyings + Default> InTiles<V> {
+    fn new((width, height): (u32, u32)) -> Self {
+        let grid = Grid::new(Rect::of_size(WIDTH, HEIGHT), width, height).expect("a small frame");
+        Self { grid, records: Vec::new(), memory: Vec::new() }
     }
 
-    /// Band by band: each is in the cache while all triangles that touch it are drawn. Where every pixel is read and written
+    /// Most triangles touch a tile or two; if there are few, each may touch all.
+    fn prepare(&mut self, workload: &Workload) {
+        let (triangles, tiles) = (workload.indices.len() / 3, self.grid.len());
+        self.records.resize(triangles, Record::default());
+        self.memory.resize(Grid::bin_memory(tiles, tiles * triangles.min(1000) + 2 * triangles), 0);
+    }
+
+    /// Tile by tile: each is in the cache while all triangles that touch it are drawn. Where every pixel is read and written
     /// several times, that is up to half of the time.
     #[cfg_attr(feature = "dispatch", inline(always))]
     fn draw(
@@ -205,15 +213,14 @@ impl<V: Varyings + Default> InBands<V> {
     ) -> Statistics {
         let mut rasterizer = rasterizer(workload);
         let vertices = rasterizer.project(positions(workload), room).expect("prepared");
-        let grid = Grid::new(target.area(), WIDTH, Self::ROWS).expect("a small frame");
         let mut preparation =
             rasterizer.prepare(target.area(), primitives, vertices, varyings).expect("valid indices");
         let mut statistics = Statistics::default();
         while let Some(mut batch) = preparation.fill(&mut self.records).expect("there is room") {
             while !batch.is_empty() {
-                let bins = rasterizer.bin(&grid, batch, &mut self.memory).expect("long enough");
-                for (index, band) in grid.tiles().enumerate() {
-                    rasterizer.scissor = Some(band);
+                let bins = rasterizer.bin(&self.grid, batch, &mut self.memory).expect("long enough");
+                for (index, tile) in self.grid.tiles().enumerate() {
+                    rasterizer.scissor = Some(tile);
                     statistics += draw(&rasterizer, &mut target, bins.tile(index));
                 }
                 batch = bins.rest();
