@@ -179,10 +179,10 @@ impl Scene<'_> {
 /// For triangles that are wide: with colour and depth, a megabyte.
 const BAND: (u32, u32) = (WIDTH, 64);
 
-/// For small ones, of which most touch a tile or two, the higher the fewer: 655 kilobytes.
+/// For small ones: the higher tiles are, the more triangles touch a single one. 655 kilobytes.
 const TILE: (u32, u32) = (640, 128);
 
-/// Room for triangles, and for the numbers of those that touch each tile.
+/// A frame's tiles, and room for triangles and for the numbers of those that touch each tile.
 struct InTiles<V> {
     grid: Grid,
     records: Vec<Record<V>>,
