@@ -76,7 +76,7 @@ impl Band {
         for row in 0..LANES {
             self.start[row] = rows.start[row].max(left);
             self.end[row] = rows.end[row].min(right);
-            // (A row beside the area may have any numbers: nobody asks for its.)
+            // (Wrapping: a row that covers nothing may have any numbers, and nobody asks for its.)
             self.dx[row] = self.start[row].wrapping_sub(rows.anchor[row]) as f32;
             self.z[row] = plane.at_edges(rows.edges[0][row], rows.edges[1][row]);
         }
