@@ -1,5 +1,5 @@
-//! W1 to W8 whole, as the peers draw them, and the time without clearing; and the least that W1 could take: a loop that compares
-//! each depth and writes it and a colour.
+//! W1 to W8 whole, as the peers draw them, and the time without clearing; W7 and W8 also without reading each tile first; and the
+//! least that W1 could take: a loop that compares each depth and writes it and a colour.
 
 mod common;
 #[path = "workloads/draw.rs"]
@@ -56,11 +56,20 @@ fn main() {
             assert!(samples.abs_diff(expected) <= expected / 10_000, "{name}: {samples} samples");
             let mut group = criterion.benchmark_group("draw");
             group.throughput(Throughput::Elements(samples));
-            group.bench_function(BenchmarkId::new(name, format!("{WIDTH}x{HEIGHT}")), |bencher| {
-                time_frames(bencher, &mut canvas, |canvas| {
-                    canvas.draw(&workload, 0..HEIGHT);
+            let mut time = |name: &str, canvas: &mut Canvas| {
+                group.bench_function(BenchmarkId::new(name, format!("{WIDTH}x{HEIGHT}")), |bencher| {
+                    time_frames(bencher, canvas, |canvas| {
+                        canvas.draw(&workload, 0..HEIGHT);
+                    });
                 });
-            });
+            };
+            time(name, &mut canvas);
+            if matches!(name, "W7" | "W8") {
+                canvas.prefetches = false;
+                canvas.prepare(&workload);
+                time(&format!("{name}_not_prefetched"), &mut canvas);
+                canvas.prefetches = true;
+            }
         }
     });
 }

@@ -4,9 +4,14 @@
 //! own prefetching would see coming. One triangle after the other, the draw waits for each of these lines. The triangles of a
 //! batch are neighbours, most often; so a pixel of each line that they lie in is read at once, and a dozen lines come in the
 //! time of one.
+//!
+//! Where triangles of any size are scattered over a tile, its author knows more than a batch does: [`Rasterizer::prefetch`].
 
 use core::hint::black_box;
 
+use crate::depth::DepthTest;
+use crate::interpolate::Varyings;
+use crate::rasterizer::Rasterizer;
 use crate::target::{Block, Borders, Framebuffer};
 
 /// What is wider or higher is no neighbourhood: most of it would be fetched in vain.
@@ -36,6 +41,70 @@ pub(crate) fn fetch<F: Framebuffer, const DRAWN: bool>(target: &mut F, bounds: B
         }
         if let Some(&depth) = depths.get(at) {
             black_box(depth);
+        }
+    });
+}
+
+impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
+    /// Reads all pixels that a draw may touch (viewport ∩ scissor ∩ the framebuffer's area), row by row, so that they are in the
+    /// cache before triangles are drawn that lie scattered over them. No pixel and no number changes by it.
+    ///
+    /// A processor fetches memory by itself that is read in order, and waits for each row of a triangle that lies anywhere. So read
+    /// a tile first, if most of it is going to be drawn to, here and there, and if its colours and depths fit in the second-level
+    /// cache: with tiles of 0.6 to 1 megabyte, 10 000 blended triangles take 0.92 of the time, and 200 slivers 0.92 to 0.96.
+    /// For a few triangles that cover the tile it is wasted, a fifth of the time for two of them: their rows are in order already. So
+    /// it is for a tile that was cleared just before, and on a processor without a cache.
+    ///
+    /// Of each row and plane, an element in every 64 bytes is read, and the last one.
+    ///
+    /// # Examples
+    /// ```
+    /// use glam::Vec4;
+    /// use halfplane::{Grid, Primitives, Rasterizer, Record, Rect, Surface, Viewport};
+    /// # let positions = [Vec4::new(-1.0, -1.0, 0.5, 1.0), Vec4::new(1.0, -1.0, 0.5, 1.0), Vec4::new(0.0, 1.0, 0.5, 1.0)];
+    /// # let mut records = [Record::default(); 4];
+    /// # let mut memory = [0; 64];
+    /// # let (mut color, mut depth) = ([0u32; 64 * 64], [1.0f32; 64 * 64]);
+    /// let frame = Rect::of_size(64, 64);
+    /// let grid = Grid::new(frame, 32, 16)?;
+    /// let mut target = Surface::new(&mut color, &mut depth, 64, 64)?;
+    /// let mut rasterizer = Rasterizer::<()>::new(Viewport::of_size(64, 64)?);
+    /// let mut preparation = rasterizer.prepare(frame, Primitives::list(), &positions, ())?;
+    /// let batch = preparation.fill(&mut records)?.unwrap_or_default();
+    /// let bins = rasterizer.bin(&grid, batch, &mut memory)?;
+    /// for (index, tile) in grid.tiles().enumerate() {
+    ///     rasterizer.scissor = Some(tile);
+    ///     rasterizer.prefetch(&mut target);
+    ///     rasterizer.draw_prepared(&mut target, bins.tile(index), |_| 0xFF33_CC99);
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn prefetch<F: Framebuffer>(&self, target: &mut F) {
+        let area = self.render_area(target);
+        if area.is_empty() {
+            return;
+        }
+        for y in area.y..area.bottom() {
+            let run = target.run(area.x, y, area.width as usize);
+            for_each_line(run.color, |&color| {
+                black_box(color);
+            });
+            for_each_line(run.depth, |&depth| {
+                black_box(depth);
+            });
+        }
+    }
+}
+
+/// Visits an element of each cache line, all of those that are longer.
+#[inline(always)]
+fn for_each_line<T>(elements: &[T], mut visit: impl FnMut(&T)) {
+    if size_of::<T>() == 0 || elements.is_empty() {
+        return;
+    }
+    for_each_place(elements.len(), 1, 0, (LINE / size_of::<T>()).max(1), |at| {
+        if let Some(element) = elements.get(at) {
+            visit(element);
         }
     });
 }
@@ -100,6 +169,62 @@ mod tests {
             assert_eq!(target.1.first().copied(), asked, "{bounds:?}");
         }
         assert!(color.iter().all(|&pixel| pixel == 7) && depth.iter().all(|&depth| depth == 8), "only read");
+    }
+
+    #[test]
+    fn a_tile_is_prefetched_row_by_row_and_nothing_else() {
+        use crate::{Rasterizer, Viewport};
+
+        /// A framebuffer that keeps which runs it was asked for, and lends up to nine pixels of each.
+        struct Runs(Vec<(i32, i32, usize)>, [u64; 9]);
+
+        impl Framebuffer for Runs {
+            type Color = u64;
+            type Depth = ();
+
+            fn area(&self) -> Rect {
+                Rect { x: 3, y: -2, width: 40, height: 9 }
+            }
+
+            fn run(&mut self, x: i32, y: i32, len: usize) -> Run<'_, u64, ()> {
+                self.0.push((x, y, len));
+                Run { color: &mut self.1[..len.min(9)], depth: &mut [] }
+            }
+        }
+
+        let rows = |scissor| {
+            let mut target = Runs(Vec::new(), [0; 9]);
+            let mut rasterizer = Rasterizer::<()>::new(Viewport::of_size(30, 30).expect("valid"));
+            rasterizer.scissor = scissor;
+            rasterizer.prefetch(&mut target);
+            target.0
+        };
+        assert_eq!(rows(None), (0..7).map(|y| (3, y, 27)).collect::<Vec<_>>(), "viewport and area");
+        let tile = Rect { x: 5, y: 4, width: 10, height: 100 };
+        assert_eq!(rows(Some(tile)), (4..7).map(|y| (5, y, 10)).collect::<Vec<_>>(), "a tile of it");
+        assert_eq!(rows(Some(Rect { x: 100, ..tile })), [], "one beside it");
+        assert_eq!(rows(Some(Rect { width: 0, ..tile })), [], "one without pixels");
+    }
+
+    #[test]
+    fn each_element_of_a_line_or_more_is_read() {
+        fn check<T: Copy>(element: T, expected: &[usize]) {
+            let elements = [element; 40];
+            let mut visited = Vec::new();
+            for_each_line(&elements, |element| {
+                let offset = core::ptr::from_ref(element) as usize - elements.as_ptr() as usize;
+                visited.push(offset / size_of::<T>().max(1));
+            });
+            assert_eq!(visited, expected, "of {} bytes", size_of::<T>());
+        }
+        check(0u8, &[0, 39]);
+        check(0u16, &[0, 32, 39]);
+        check(0u32, &[0, 16, 32, 39]);
+        check([0u8; 24], &(0..40).step_by(2).chain([39]).collect::<Vec<_>>());
+        let all: Vec<_> = (0..40).chain([39]).collect();
+        check([0u64; 8], &all);
+        check([0u64; 9], &all);
+        check((), &[]);
     }
 
     #[test]
