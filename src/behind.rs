@@ -37,6 +37,9 @@ pub(crate) enum Sight {
 }
 
 /// Leaves out those that are behind, and looks at one after the other until it is enough.
+///
+/// Where draws are dispatched, the closures are told to be inlined: each is used in several functions then, and LLVM would call it,
+/// compiled for the least processor of all.
 #[inline(always)]
 pub(crate) fn keep_seen(queue: &mut Queue, mut look: impl FnMut(usize) -> Sight) {
     let mut to_look_at = *queue;

@@ -531,15 +531,20 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     #[inline(always)]
     pub(crate) fn leave_out(&mut self, mut look: impl FnMut([ProjectedVertex; 3], Borders) -> Sight) {
         let Batch { triangles, verdicts, corners: bounds, queue, .. } = &mut self.batch;
-        keep_seen(queue, |lane| {
-            let lane = lane & (BATCH - 1);
-            if verdicts[lane] & verdict::UNDECIDED != 0 {
-                return Sight::Unknown;
-            }
-            let corners @ [a, b, c] = self.vertices.corners(triangles.in_order(lane, &[0, 1, 2]));
-            let bounds = if Self::KNOWS_OUTLINES { borders_of(bounds, lane) } else { sample_bounds(a, b, c) };
-            look(corners, bounds)
-        });
+        keep_seen(
+            queue,
+            #[cfg_attr(feature = "dispatch", inline(always))]
+            |lane| {
+                let lane = lane & (BATCH - 1);
+                if verdicts[lane] & verdict::UNDECIDED != 0 {
+                    return Sight::Unknown;
+                }
+                let corners @ [a, b, c] = self.vertices.corners(triangles.in_order(lane, &[0, 1, 2]));
+                let bounds =
+                    if Self::KNOWS_OUTLINES { borders_of(bounds, lane) } else { sample_bounds(a, b, c) };
+                look(corners, bounds)
+            },
+        );
     }
 
     /// The batch's next piece. `fan` is where it keeps what is left of a clipped triangle; it starts empty.

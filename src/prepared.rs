@@ -308,11 +308,15 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
 
     #[inline(always)]
     fn leave_out(&mut self, mut look: impl FnMut([ProjectedVertex; 3], Borders) -> Sight) {
-        keep_seen(&mut self.queue, |place| {
-            let record = self.batch.get(place).copied().flatten();
-            let corners = record.and_then(Record::corners);
-            corners.map_or(Sight::Unknown, |corners @ [a, b, c]| look(corners, sample_bounds(a, b, c)))
-        });
+        keep_seen(
+            &mut self.queue,
+            #[cfg_attr(feature = "dispatch", inline(always))]
+            |place| {
+                let record = self.batch.get(place).copied().flatten();
+                let corners = record.and_then(Record::corners);
+                corners.map_or(Sight::Unknown, |corners @ [a, b, c]| look(corners, sample_bounds(a, b, c)))
+            },
+        );
     }
 
     #[inline(always)]

@@ -409,7 +409,10 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         while geometry.refill() {
             if let Some(glance) = &mut glance {
                 glance.begin();
-                geometry.leave_out(|corners, bounds| glance.look(pass.target, corners, bounds));
+                geometry.leave_out(
+                    #[cfg_attr(feature = "dispatch", inline(always))]
+                    |corners, bounds| glance.look(pass.target, corners, bounds),
+                );
             }
             if let Some(bounds) = geometry.neighbourhood() {
                 ahead::fetch::<_, false>(pass.target, bounds);
@@ -565,7 +568,10 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
         while source.refill() {
             if let Some(glance) = &mut glance {
                 glance.begin();
-                source.leave_out(|corners, bounds| glance.look(shader.target, corners, bounds));
+                source.leave_out(
+                    #[cfg_attr(feature = "dispatch", inline(always))]
+                    |corners, bounds| glance.look(shader.target, corners, bounds),
+                );
             }
             if let Some(bounds) = source.neighbourhood() {
                 ahead::fetch::<_, true>(shader.target, bounds);

@@ -2,6 +2,13 @@
 //! a packed root is a shading loop that became SIMD. And some that show that there are no masked stores, and no division for
 //! who asks for no perspective.
 
+#[cfg(feature = "dispatch")]
+#[path = "../../workloads/draw.rs"]
+mod draw;
+#[cfg(feature = "dispatch")]
+#[path = "../../workloads/mod.rs"]
+mod workloads;
+
 use halfplane::glam::{Vec2, Vec3, Vec4};
 use halfplane::{
     Fragment, NoPerspective, Primitives, Rasterizer, Surface, Varyings, Viewport, floor_to_i32, pack_rgba8,
@@ -296,4 +303,20 @@ pub fn packed_srgb(scene: &mut Scene<'_, Vec2>) -> bool {
         let uv = fragment.varyings();
         pack_srgba8(Vec4::new(uv.x, uv.y, length(uv), 1.0))
     })
+}
+
+/// The scenes of the benches, dispatched as `benches/peers` does it: each closure, theirs and the library's, is used in two
+/// functions, and LLVM need not bring it into both unless it is told to. One that is called is not compiled for AVX2.
+#[cfg(feature = "dispatch")]
+#[target_feature(enable = "avx2")]
+#[inline(never)]
+pub fn inlined_workload(canvas: &mut draw::Canvas, workload: &workloads::Workload) -> u64 {
+    canvas.draw(workload, 0..workloads::HEIGHT).samples_passed
+}
+
+/// And this the other function.
+#[cfg(feature = "dispatch")]
+#[inline(never)]
+pub fn other_workload(canvas: &mut draw::Canvas, workload: &workloads::Workload) -> u64 {
+    canvas.draw(workload, 0..workloads::HEIGHT).samples_passed
 }
