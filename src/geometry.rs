@@ -254,14 +254,19 @@ impl<P: Positions> Vertices<P> {
             let projected = self.positions.projected();
             return each(vertices, |index| *projected.get(index).unwrap_or(&ProjectedVertex::BLANK));
         }
-        let corners = each(vertices, |index| {
-            for (i, vertex) in self.before {
-                if i == index {
-                    return vertex;
+        let corners = each(
+            vertices,
+            #[cfg_attr(feature = "dispatch", inline(always))]
+            |index| {
+                for (i, vertex) in self.before {
+                    if i == index {
+                        return vertex;
+                    }
                 }
-            }
-            self.positions.clip(index).map(|position| self.projector.project(position)).unwrap_or_default()
-        });
+                let Some(position) = self.positions.clip(index) else { return ProjectedVertex::default() };
+                self.projector.project(position)
+            },
+        );
         let ([i, j, k], [a, b, c]) = (vertices, corners);
         self.before = [(i, a), (j, b), (k, c)];
         corners
@@ -336,9 +341,14 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 (*a, *b, *c) = (i.xy(), j.xy(), k.xy());
             })
         } else {
-            triangles.take_group(&mut batch.triangles, slots, |((a, b), c), triangle| {
-                [*a, *b, *c] = each(vertices.corners(triangle), ProjectedVertex::xy);
-            })
+            triangles.take_group(
+                &mut batch.triangles,
+                slots,
+                #[cfg_attr(feature = "dispatch", inline(always))]
+                |((a, b), c), triangle| {
+                    [*a, *b, *c] = each(vertices.corners(triangle), ProjectedVertex::xy);
+                },
+            )
         };
         batch.count = count;
         if count == 0 {

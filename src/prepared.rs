@@ -312,9 +312,9 @@ impl<'r, V: Varyings, R: Iterator<Item = &'r Record<V>>> Source<V> for Records<'
             &mut self.queue,
             #[cfg_attr(feature = "dispatch", inline(always))]
             |place| {
-                let record = self.batch.get(place).copied().flatten();
-                let corners = record.and_then(Record::corners);
-                corners.map_or(Sight::Unknown, |corners @ [a, b, c]| look(corners, sample_bounds(a, b, c)))
+                let Some(record) = self.batch.get(place).copied().flatten() else { return Sight::Unknown };
+                let Some(corners @ [a, b, c]) = record.corners() else { return Sight::Unknown };
+                look(corners, sample_bounds(a, b, c))
             },
         );
     }
