@@ -66,7 +66,6 @@ fn main() {
             time(name, &mut canvas);
             if matches!(name, "W7" | "W8") {
                 canvas.prefetches = false;
-                canvas.prepare(&workload);
                 assert_eq!(check(&mut canvas, &workload), samples, "{name} without");
                 time(&format!("{name}_not_prefetched"), &mut canvas);
                 canvas.prefetches = true;

@@ -25,7 +25,7 @@ pub struct Canvas {
     room: Vec<ProjectedVertex>,
     checkers: InTiles<Vec2>,
     blended: InTiles<[f32; 4]>,
-    /// Whether tiles may be read before they are drawn: see [`Rasterizer::prefetch`]. For the next [`prepare`](Self::prepare).
+    /// Whether tiles may be read before they are drawn: see [`Rasterizer::prefetch`].
     pub prefetches: bool,
 }
 
@@ -54,8 +54,8 @@ impl Canvas {
         self.indices = IndexBuffer::new(workload.indices.clone());
         self.room.resize(workload.positions.len(), ProjectedVertex::default());
         match workload.shading {
-            Shading::Checker(_) => self.checkers.prepare(workload, self.prefetches),
-            Shading::Blend(_) => self.blended.prepare(workload, self.prefetches),
+            Shading::Checker(_) => self.checkers.prepare(workload),
+            Shading::Blend(_) => self.blended.prepare(workload),
             _ => {}
         }
     }
@@ -71,7 +71,8 @@ impl Canvas {
     pub fn draw(&mut self, workload: &Workload, rows: Range<u32>) -> Statistics {
         let target = target(&mut self.color, &mut self.depth, &mut self.bounds, rows);
         let (primitives, room) = (Primitives::list().indexed_by(&self.indices), &mut self.room[..]);
-        let scene = Scene { workload, target, primitives, room };
+        let prefetches = self.prefetches;
+        let scene = Scene { workload, target, primitives, room, prefetches };
         // Where a draw is dispatched, each closure is used in several functions; the attribute brings it into all of them.
         match &workload.shading {
             Shading::DepthOnly => scene.draw_depth(),
@@ -141,6 +142,7 @@ struct Scene<'a> {
     target: Target<'a>,
     primitives: Primitives<'a>,
     room: &'a mut [ProjectedVertex],
+    prefetches: bool,
 }
 
 impl Scene<'_> {
@@ -193,21 +195,19 @@ struct InTiles<V> {
     grid: Grid,
     records: Vec<Record<V>>,
     memory: Vec<u32>,
-    prefetches: bool,
 }
 
 impl<V: Varyings + Default> InTiles<V> {
     fn new((width, height): (u32, u32)) -> Self {
         let grid = Grid::new(Rect::of_size(WIDTH, HEIGHT), width, height).expect("a small frame");
-        Self { grid, records: Vec::new(), memory: Vec::new(), prefetches: false }
+        Self { grid, records: Vec::new(), memory: Vec::new() }
     }
 
     /// Most triangles touch a tile or two; if there are few, each may touch all.
-    fn prepare(&mut self, workload: &Workload, prefetches: bool) {
+    fn prepare(&mut self, workload: &Workload) {
         let (triangles, tiles) = (workload.indices.len() / 3, self.grid.len());
         self.records.resize(triangles, Record::default());
         self.memory.resize(Grid::bin_memory(tiles, tiles * triangles.min(1000) + 2 * triangles), 0);
-        self.prefetches = prefetches;
     }
 
     /// Tile by tile: each is in the cache while all triangles that touch it are drawn. Where every pixel is read and written
@@ -215,7 +215,7 @@ impl<V: Varyings + Default> InTiles<V> {
     #[cfg_attr(feature = "dispatch", inline(always))]
     fn draw(
         &mut self,
-        Scene { workload, mut target, primitives, room }: Scene<'_>,
+        Scene { workload, mut target, primitives, room, prefetches }: Scene<'_>,
         varyings: impl Attributes<Value = V>,
         draw: impl Fn(&Rasterizer<V>, &mut Target<'_>, Binned<'_, '_, V>) -> Statistics,
     ) -> Statistics {
@@ -230,7 +230,7 @@ impl<V: Varyings + Default> InTiles<V> {
                 for (index, tile) in self.grid.tiles().enumerate() {
                     let triangles = bins.tile(index);
                     rasterizer.scissor = Some(tile);
-                    if self.prefetches && triangles.len() >= SCATTERED {
+                    if prefetches && triangles.len() >= SCATTERED {
                         rasterizer.prefetch(&mut target);
                     }
                     statistics += draw(&rasterizer, &mut target, triangles);
