@@ -87,6 +87,7 @@ mod viewport;
 mod clip;
 mod project;
 mod fan;
+mod facing;
 
 // A triangle and the samples that it covers: any one, one of up to 16 × 16 pixels, one of up to 2 × 2 samples.
 mod edge;
@@ -104,6 +105,7 @@ mod fragment;
 
 // The two halves of a draw: which triangles, and which pixels, with SIMD and without; and the draw.
 mod queue;
+mod sieve;
 mod geometry;
 mod ahead;
 mod behind;

@@ -8,9 +8,9 @@
 
 use crate::clip::{Corner, Room};
 use crate::depth::{DepthBias, DepthFormat, DepthTest};
+use crate::facing::Facing;
 use crate::fan::{History, piece_of, project_piece, settle};
 use crate::fragment::{Fragment, Identity, Shading, WeightParts, reorder};
-use crate::geometry::Facing;
 use crate::interpolate::Varyings;
 use crate::plane::{DepthPlane, RowPlane};
 use crate::primitive::{Index, Triangle, Triangles};

@@ -9,8 +9,8 @@
 //!   pass is shaded;
 //! * up to eight rows of at most [`NARROW`] pixels, in windows of eight, if all fragments of them pass: shaded
 //!   as one packet and then written row by row. A row at a time, such triangles would cost more in loops than in shading; or
-//! * all fragments that pass of a [`tiny`](crate::tiny) triangle, whose rows are windows of 4 to 16 samples, or of a
-//!   [`minute`](crate::minute) one, whose samples are known.
+//! * all fragments that pass of a [tiny](crate::tiny) triangle, whose rows are windows of 4 to 16 samples, or of a
+//!   [minute](crate::minute) one, whose samples are known.
 //!
 //! Which samples a triangle up to eight pixels wide covers is found out while the one before it still waits to be drawn: see
 //! [`upcoming`](crate::upcoming).
