@@ -3,6 +3,7 @@
 //! Orders and provoking vertices are Vulkan's ("Primitive Topologies"): each triangle lists its vertices so that
 //! neighbours in a strip or fan wind alike.
 
+use crate::traverse::HAS_FLOAT_LANES;
 use crate::triple::each;
 
 /// How a sequence of vertices becomes triangles.
@@ -491,6 +492,16 @@ impl<'a, I: Index> Triangles<'a, I> {
             let indices = indices.get(self.next..self.next + 3 * count).unwrap_or_default();
             group.listed = indices;
             self.next += 3 * count;
+            if !HAS_FLOAT_LANES {
+                // One at most. (In chunks, which LLVM does not inline where it optimises for size, it would divide by what might be
+                // zero, for all that it knows.)
+                for slot in slots.take(1) {
+                    if let &[a, b, c] = indices {
+                        take(slot, [a.to_usize(), b.to_usize(), c.to_usize()]);
+                    }
+                }
+                return count;
+            }
             for (slot, indices) in slots.zip(indices.chunks_exact(3)) {
                 if let &[a, b, c] = indices {
                     take(slot, [a.to_usize(), b.to_usize(), c.to_usize()]);

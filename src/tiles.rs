@@ -12,6 +12,8 @@
 //!   └───────┴─────┘        pixel (x, y) of tile t: t · 12 + (y mod 3) · 4 + x mod 4
 //! ```
 
+use core::num::NonZeroU32;
+
 use crate::depth::DepthFormat;
 use crate::target::{Borders, DOMAIN, Plane, Rect, Surface, SurfaceError};
 
@@ -29,8 +31,9 @@ use crate::target::{Borders, DOMAIN, Plane, Rect, Surface, SurfaceError};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
     area: Rect,
-    tile_width: u32,
-    tile_height: u32,
+    /// Not 0, which is said by their types: so nothing here can divide by zero, and no code is there for it.
+    tile_width: NonZeroU32,
+    tile_height: NonZeroU32,
     columns: u32,
     rows: u32,
 }
@@ -89,16 +92,17 @@ impl Grid {
     /// # Errors
     /// When a tile has no pixels, or `area` reaches out of −16384 .. 16384.
     pub fn new(area: Rect, tile_width: u32, tile_height: u32) -> Result<Self, GridError> {
-        if tile_width == 0 || tile_height == 0 {
+        let (Some(width), Some(height)) = (NonZeroU32::new(tile_width), NonZeroU32::new(tile_height)) else {
             return Err(GridError::EmptyTile { width: tile_width, height: tile_height });
-        }
+        };
         if area.intersection(DOMAIN) != area && !area.is_empty() {
             return Err(GridError::OutOfRange { area });
         }
         let area = if area.is_empty() { Rect::default() } else { area };
-        let (tile_width, tile_height) =
-            (tile_width.min(area.width.max(1)), tile_height.min(area.height.max(1)));
-        let (columns, rows) = (area.width.div_ceil(tile_width), area.height.div_ceil(tile_height));
+        let up_to = |tile: NonZeroU32, side| tile.min(NonZeroU32::new(side).unwrap_or(NonZeroU32::MIN));
+        let (tile_width, tile_height) = (up_to(width, area.width), up_to(height, area.height));
+        let (columns, rows) =
+            (area.width.div_ceil(tile_width.get()), area.height.div_ceil(tile_height.get()));
         Ok(Self { area, tile_width, tile_height, columns, rows })
     }
 
@@ -135,14 +139,14 @@ impl Grid {
     /// How many pixels a whole tile has: what each takes in tile-linear memory, smaller ones too.
     #[must_use]
     pub const fn tile_len(&self) -> usize {
-        (self.tile_width as usize).saturating_mul(self.tile_height as usize)
+        (self.tile_width.get() as usize).saturating_mul(self.tile_height.get() as usize)
     }
 
     /// The pixels of tile `index`, row by row from the top left; `None` when there are fewer tiles.
     #[must_use]
     pub fn tile(&self, index: usize) -> Option<Rect> {
         let index = u32::try_from(index).ok().filter(|_| index < self.len())?;
-        Some(self.tile_at(index % self.columns, index / self.columns))
+        Some(self.tile_at(index.checked_rem(self.columns)?, index.checked_div(self.columns)?))
     }
 
     /// The pixels of every tile.
@@ -155,12 +159,13 @@ impl Grid {
     #[inline(always)]
     pub(crate) fn tile_at(&self, column: u32, row: u32) -> Rect {
         // Both products are at most the area's size.
-        let (left, top) = (column.wrapping_mul(self.tile_width), row.wrapping_mul(self.tile_height));
+        let (left, top) =
+            (column.wrapping_mul(self.tile_width.get()), row.wrapping_mul(self.tile_height.get()));
         Rect {
             x: self.area.x.wrapping_add_unsigned(left),
             y: self.area.y.wrapping_add_unsigned(top),
-            width: self.tile_width.min(self.area.width.saturating_sub(left)),
-            height: self.tile_height.min(self.area.height.saturating_sub(top)),
+            width: self.tile_width.get().min(self.area.width.saturating_sub(left)),
+            height: self.tile_height.get().min(self.area.height.saturating_sub(top)),
         }
     }
 
@@ -233,7 +238,7 @@ impl Grid {
             let (left, top) = (tile.x.abs_diff(self.area.x) as usize, tile.y.abs_diff(self.area.y) as usize);
             let width = tile.width as usize;
             let rows = frame.chunks_mut(stride.max(1)).skip(top).take(tile.height as usize);
-            for (to, from) in rows.zip(pixels.chunks(self.tile_width as usize)) {
+            for (to, from) in rows.zip(pixels.chunks(self.tile_width.get() as usize)) {
                 if let (Some(to), Some(from)) = (to.get_mut(left..left + width), from.get(..width)) {
                     to.copy_from_slice(from);
                 }
@@ -261,7 +266,7 @@ impl<C: Plane, D: Plane<Item: DepthFormat>> Iterator for TileSurfaces<C, D> {
         let ((color, rest_color), (depth, rest_depth)) =
             (color.split(self.grid.tile_len()), depth.split(self.grid.tile_len()));
         self.rest = Some((rest_color, rest_depth));
-        Surface::with_planes(color, depth, area, self.grid.tile_width as usize).ok()
+        Surface::with_planes(color, depth, area, self.grid.tile_width.get() as usize).ok()
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {

@@ -167,6 +167,9 @@ proptest! {
         let counts = frame.counts_of(&rasterizer, Primitives::list(), &all);
         let complaint = frame.complaint(&counts, |x, y, count| count == i64::from(scissor.contains(x, y)));
         prop_assert!(complaint.is_none(), "{complaint:?}");
+        let mut large = Rasterizer::<()>::new(Frame::new(Strict::SIZE, Strict::SIZE).viewport());
+        large.scissor = Some(scissor);
+        large.prefetch(&mut Strict::new(false));
 
         let setup = Setup::new(common::projected(&rasterizer, all)).expect("an area");
         let _ = setup.coverage(other);
@@ -715,6 +718,24 @@ fn framebuffers_with_more_depths_than_colours_draw_what_passes() {
     let statistics =
         rasterizer.draw(&mut target, Primitives::list(), &all, (), |_| 1u32).expect("legal input");
     assert_eq!((target.0, statistics.fragments), ([7], 0), "depth 0 lets nothing pass");
+}
+
+#[test]
+fn framebuffers_that_lend_other_than_asked_are_prefetched_as_far_as_they_go() {
+    let frame = Frame::new(16, 16);
+    let rasterizer = Rasterizer::<()>::new(frame.viewport());
+    for (color, depth) in [(0, 0), (-1, 0), (0, -1), (-99, -99), (300, 0), (0, 300)] {
+        let mut target = Liar::new(color, depth, frame.area());
+        rasterizer.prefetch(&mut target);
+        assert!(target.color == [0; 400] && target.depth == [1.0; 400], "only read: {color} {depth}");
+    }
+    let mut miser = Miser { color: vec![0; 70 * 30], depth: vec![1.0; 70 * 30] };
+    Rasterizer::<()>::new(Frame::new(100, 30).viewport()).prefetch(&mut miser);
+    rasterizer.prefetch(&mut Surface::new(&mut [0u8; 0][..], &mut [0u16; 0][..], 0, 9).expect("nothing"));
+    for at in [i32::MIN, i32::MAX] {
+        rasterizer.prefetch(&mut Nowhere::new(Rect { x: at, y: at, width: u32::MAX, height: u32::MAX }));
+    }
+    rasterizer.prefetch(&mut Nowhere::new(frame.area()));
 }
 
 #[test]

@@ -247,6 +247,12 @@ fn two_closures(memory: &mut Memory, mesh: Mesh<'_>) -> Option<Statistics> {
     no_varyings(memory, mesh)
 }
 
+/// Reads the frame ahead. (None of `ALL`: nobody needs it where there is no cache. But it must not panic either.)
+pub fn prefetch(memory: &mut Memory) -> Option<()> {
+    rasterizer::<()>()?.prefetch(&mut surface(&mut memory.color, &mut memory.depth)?);
+    Some(())
+}
+
 /// How a triangle that lies beside a tile gets there.
 #[derive(Clone, Copy, Debug)]
 pub enum Beside {

@@ -1,4 +1,4 @@
-//! Links only if nothing that a draw calls can panic: building it is the test. Never run.
+//! Links only if nothing that a draw calls can panic, nor preparing, binning and reading ahead: building it is the test. Never run.
 //!
 //! The panic handler calls a function that is defined nowhere. If the optimiser can prove that no panic is reachable it
 //! drops the handler, and nothing is missing.
@@ -8,9 +8,9 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-use halfplane::ProjectedVertex;
 use halfplane::glam::{Vec3, Vec4};
-use halfplane_firmware::{Frame, board, draw, draw_projected, rasterizer};
+use halfplane_firmware::board;
+use halfplane_firmware::extras::{ALL, Memory, prefetch};
 
 unsafe extern "C" {
     fn this_program_can_panic() -> !;
@@ -22,18 +22,18 @@ fn panic(_: &PanicInfo) -> ! {
     unsafe { this_program_can_panic() }
 }
 
-static mut FRAME: Frame = Frame::new();
+static mut MEMORY: Memory = Memory::new();
 
 #[board::entry]
 fn main() -> ! {
     // SAFETY: the only reference, in a function that runs once.
-    let frame = black_box(unsafe { &mut *(&raw mut FRAME) });
+    let memory = black_box(unsafe { &mut *(&raw mut MEMORY) });
     let (positions, colors): (&[Vec4], &[Vec3]) = black_box((&[], &[]));
     let indices: &[u16] = black_box(&[]);
-    black_box(draw(frame, positions, colors, indices));
-    let mut room = [ProjectedVertex::default(); 16];
-    if let Some(Ok(vertices)) = rasterizer().map(|state| state.project(positions, black_box(&mut room))) {
-        black_box(draw_projected(frame, vertices, colors, indices));
+    black_box(prefetch(memory));
+    // With the draw that `costs` measures, and that of projected vertices.
+    for (_, draw) in black_box(ALL) {
+        black_box(draw(memory, (positions, colors, indices)));
     }
     #[cfg(feature = "panics")]
     black_box(indices[black_box(7)]);
