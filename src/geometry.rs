@@ -73,9 +73,12 @@ pub(crate) struct Geometry<'a, I, P> {
     facing: Facing,
     /// The render area.
     area: Borders,
-    /// The triangles of the batch, what was found out about them, and the first one's number.
+    /// The triangles of the batch.
     group: Group<'a, I, BATCH>,
+    /// What was found out about them.
     sieve: Sieve,
+    /// The number of the first one. (Declared behind the sieve: before it, W3 and W4 took 1.5 % more instructions, for no other reason
+    /// than what LLVM makes of the order.)
     primitive: u32,
     /// Where what is rare leaves its result. If it returned that, the usual result would have to go through memory, too.
     aside: Piece,
@@ -138,12 +141,9 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                 },
             )
         };
-        if count == 0 {
-            return false;
-        }
         self.statistics.primitives += count as u64;
         sieve.sift::<P>(count, self.facing, self.area, &mut self.statistics);
-        true
+        count > 0
     }
 
     /// About where those triangles of the batch lie that may be seen, if it is worth fetching their pixels together.
@@ -164,8 +164,11 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
                     return Sight::Unknown;
                 }
                 let corners @ [a, b, c] = self.vertices.corners(self.group.in_order(lane, &[0, 1, 2]));
-                let bounds =
-                    if knows_outlines::<P>() { self.sieve.bounds(lane) } else { sample_bounds(a, b, c) };
+                let bounds = if const { knows_outlines::<P>() } {
+                    self.sieve.bounds(lane)
+                } else {
+                    sample_bounds(a, b, c)
+                };
                 look(corners, bounds)
             },
         );
@@ -216,7 +219,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
     /// Where the piece lies, which has to be the one that came last.
     #[inline(always)]
     pub(crate) fn outline(&self, piece: &Piece) -> Outline {
-        if !knows_outlines::<P>() {
+        if !const { knows_outlines::<P>() } {
             return Outline::new(&piece.setup);
         }
         let outline = self.sieve.outline(self.lane);
@@ -255,7 +258,7 @@ impl<'a, I: Index, P: Positions> Geometry<'a, I, P> {
         while let Some(piece) = fan.as_mut().and_then(|fan| fan.next(&self.vertices.projector)) {
             if self.may_cover(piece.setup.corners()) {
                 self.aside = piece;
-                if knows_outlines::<P>() {
+                if const { knows_outlines::<P>() } {
                     self.outline_aside();
                 }
                 return true;

@@ -58,6 +58,7 @@
 //! # Chapters
 //!
 //! * [How fast, and why](how_fast): the scenes, the numbers, and how to write a closure that becomes SIMD.
+//! * [What lost](what_lost): what was tried for speed and taken out again, and by how much.
 //! * [On a microcontroller](on_a_microcontroller): memory, tiles, what to leave out, and what that saves.
 //!
 //! # Clearing
@@ -87,7 +88,6 @@ mod viewport;
 mod clip;
 mod project;
 mod fan;
-mod facing;
 
 // A triangle and the samples that it covers: any one, one of up to 16 × 16 pixels, one of up to 2 × 2 samples.
 mod edge;
@@ -102,6 +102,7 @@ mod plane;
 mod coarse;
 mod interpolate;
 mod fragment;
+mod facing;
 
 // The two halves of a draw: which triangles, and which pixels, with SIMD and without; and the draw.
 mod queue;
@@ -161,6 +162,9 @@ pub use viewport::{ClipDepth, Viewport, ViewportError};
 
 #[doc = include_str!("how_fast.md")]
 pub mod how_fast {}
+
+#[doc = include_str!("what_lost.md")]
+pub mod what_lost {}
 
 #[doc = include_str!("on_a_microcontroller.md")]
 pub mod on_a_microcontroller {}

@@ -1,6 +1,6 @@
 //! Triangles of up to two by two samples: of a mesh finer than the screen, nearly all of them.
 //!
-//! The [sieve](crate::geometry) has found out which samples they cover, so there is nothing left to traverse. Each sample
+//! The [sieve](crate::sieve) has found out which samples they cover, so there is nothing left to traverse. Each sample
 //! is worked out alone, in as few steps as there are: most such triangles cover one.
 
 #![expect(

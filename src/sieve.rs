@@ -1,8 +1,11 @@
 //! The sieve: which triangles of a batch have to be drawn.
 //!
-//! Loops without a branch over the corners of 64 triangles, in `f32` lanes: which are culled, which miss the area or hold no sample,
-//! which minute ones cover none. What they know of a triangle is a [`Verdict`], a word for each. Whether a triangle is culled is a coin
-//! toss that no branch predictor wins; after the sieve, nobody has to toss.
+//! Corners of up to 64 triangles are put into its [slots](Sieve::slots). Then [passes](Sieve::sift) go over them, loops without a
+//! branch in `f32` lanes: which are culled, which miss the area or hold no sample, which minute ones cover none. What they find out about a
+//! triangle is a [`Verdict`]; those that may be seen stand in a [`Queue`]. Whether a triangle is culled is a coin toss that no branch
+//! predictor wins; after the sieve, nobody has to toss.
+//!
+//! Where there is no SIMD, there is one triangle at a time, no pass, and each is undecided: integers decide.
 
 #![expect(clippy::cast_possible_truncation, reason = "places in a batch are under 2⁶")]
 
@@ -19,7 +22,7 @@ use crate::traverse::HAS_FLOAT_LANES;
 pub(crate) const BATCH: usize = if HAS_FLOAT_LANES { 64 } else { 1 };
 
 /// Up to so many triangles, not all lanes are worked out.
-pub(crate) const FEW: usize = if HAS_FLOAT_LANES { 16 } else { 1 };
+const FEW: usize = if HAS_FLOAT_LANES { 16 } else { 1 };
 const _: () =
     assert!(!HAS_FLOAT_LANES || (BATCH <= 64 && BATCH % 4 == 0 && FEW % 4 == 0), "as a queue needs them");
 
@@ -29,7 +32,7 @@ const _: () =
 const MANY: u32 = 4;
 
 /// From so many triangles of a batch on, it is worth fetching their pixels together.
-pub(crate) const SOME: usize = 8;
+const SOME: usize = 8;
 
 /// No coordinate of a vertex that need not be clipped is less, in subpixels.
 const OUTERMOST: f32 = -8_388_608.0;
@@ -121,7 +124,7 @@ const COVERED: u32 = 0b1111;
 const DROPPED: u32 = 1 << 31;
 
 impl Verdict {
-    /// Whether the triangle has to be looked at more closely. If so, nothing else is said of it.
+    /// Whether the triangle has to be looked at more closely. If so, neither its order nor its samples are known.
     #[inline(always)]
     pub(crate) fn is_undecided(self) -> bool {
         self.0 & UNDECIDED != 0
@@ -159,6 +162,7 @@ pub(crate) struct Sieve {
     /// The same numbers as the passes need them.
     x: [[f32; BATCH]; 3],
     y: [[f32; BATCH]; 3],
+    /// A [`Verdict`] each; bare words here, so that the passes become SIMD.
     verdicts: [u32; BATCH],
     /// Which of them may be seen, and were not drawn or left out yet.
     pub(crate) queue: Queue,
@@ -183,7 +187,7 @@ impl Sieve {
         }
     }
 
-    /// How many triangles there are.
+    /// How many triangles went through it last.
     #[inline(always)]
     pub(crate) fn count(&self) -> usize {
         self.count
@@ -198,8 +202,8 @@ impl Sieve {
         a.iter_mut().zip(b).zip(c)
     }
 
-    /// Finds out which of them, so many, have to be drawn to an area, and [perhaps](knows_outlines) where they lie. Counts the
-    /// others.
+    /// Finds out which of the triangles, so many of whose corners are in the [slots](Self::slots), have to be drawn to an area, and
+    /// [perhaps](knows_outlines) where they lie. Counts those that are culled or have no area.
     #[inline(always)]
     pub(crate) fn sift<P: Positions>(
         &mut self,
@@ -209,7 +213,9 @@ impl Sieve {
         statistics: &mut Statistics,
     ) {
         self.count = count;
-        if !HAS_FLOAT_LANES {
+        if count == 0 {
+            self.queue = Queue::EMPTY;
+        } else if !HAS_FLOAT_LANES {
             // Integers are as fast, and where floats are emulated much faster.
             self.verdicts = [UNDECIDED; BATCH];
             self.queue = Queue::below(count);
@@ -250,7 +256,7 @@ impl Sieve {
         self.verdicts[lane] |= if is_tiny { TINY } else { 0 };
     }
 
-    /// About where those triangles lie that may be seen, the bounds of some, if it is worth fetching their pixels together.
+    /// About where the triangles of the queue lie, if it is worth fetching their pixels together.
     #[inline(always)]
     pub(crate) fn neighbourhood(&self) -> Option<Borders> {
         let len = self.queue.len();
@@ -259,6 +265,7 @@ impl Sieve {
         is_worth_it.then(|| self.bounds_of_some())
     }
 
+    /// The bounds of some triangles of the queue.
     #[inline(always)]
     fn bounds_of_some(&self) -> Borders {
         let (mut least, mut most) = ([f32::MAX; 2], [f32::MIN; 2]);
@@ -307,6 +314,17 @@ impl Sieve {
         // Where the batch has no triangle, there is one without an area.
         self.queue = Queue::of_clear_signs(verdicts);
         self.minute = minute;
+    }
+
+    /// Fills `x` and `y` from `corners`.
+    #[inline(always)]
+    fn split_corners<const LANES: usize>(&mut self) {
+        let Self { corners, x, y, .. } = self;
+        for (corners, (x, y)) in corners.iter().zip(x.iter_mut().zip(y)) {
+            for i in 0..LANES {
+                (x[i], y[i]) = (corners[i][0] as f32, corners[i][1] as f32);
+            }
+        }
     }
 
     /// Drops triangles that are culled. Gives how many are left.
@@ -377,7 +395,7 @@ impl Sieve {
         for i in 0..LANES {
             let ([ax, bx, cx], [ay, by, cy]) = ([ax[i], bx[i], cx[i]], [ay[i], by[i], cy[i]]);
             let bounds = PixelBorders::of_triangle([ax, bx, cx], [ay, by, cy]);
-            if knows_outlines::<P>() {
+            if const { knows_outlines::<P>() } {
                 let Borders { left, top, right, bottom } = bounds.borders();
                 (first[i], last[i]) = ([left, top], [right, bottom]);
                 let extent = max(extent([ax, bx, cx]), extent([ay, by, cy]));
@@ -436,17 +454,6 @@ impl Sieve {
             // Of one that reaches out of the area, it is left open.
             verdicts[i] |=
                 if is_decided & bounds.are_minute() & (is_inside | (covered == 0)) { found } else { 0 };
-        }
-    }
-
-    /// Fills `x` and `y` from `corners`.
-    #[inline(always)]
-    fn split_corners<const LANES: usize>(&mut self) {
-        let Self { corners, x, y, .. } = self;
-        for (corners, (x, y)) in corners.iter().zip(x.iter_mut().zip(y)) {
-            for i in 0..LANES {
-                (x[i], y[i]) = (corners[i][0] as f32, corners[i][1] as f32);
-            }
         }
     }
 }
