@@ -1,4 +1,5 @@
-//! Links only if nothing that a draw calls can panic, nor preparing, binning and reading ahead: building it is the test. Never run.
+//! Links only if nothing that a draw calls can panic, nor projecting, preparing, binning and prefetching: building it is the test.
+//! Never run.
 //!
 //! The panic handler calls a function that is defined nowhere. If the optimiser can prove that no panic is reachable it
 //! drops the handler, and nothing is missing.
