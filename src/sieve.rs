@@ -1,9 +1,9 @@
 //! The sieve: which triangles of a batch have to be drawn.
 //!
 //! Corners of up to 64 triangles are put into its [slots](Sieve::slots). Then [passes](Sieve::sift) go over them, loops without a
-//! branch in `f32` lanes: which are culled, which miss the area or hold no sample, which minute ones cover none. What they find out about a
-//! triangle is a [`Verdict`]; those that may be seen stand in a [`Queue`]. Whether a triangle is culled is a coin toss that no branch
-//! predictor wins; after the sieve, nobody has to toss.
+//! branch in `f32` lanes: which are culled, which miss the area or hold no sample, which minute ones cover none. What they find out
+//! about a triangle is a [`Verdict`]; those that may be seen stand in a [`Queue`]. Whether a triangle is culled is a coin toss that
+//! no branch predictor wins; after the sieve, nobody has to toss.
 //!
 //! Where there is no SIMD, there is one triangle at a time, no pass, and each is undecided: integers decide.
 
