@@ -594,6 +594,16 @@ mod tests {
     }
 
     #[test]
+    fn the_outline_is_that_of_the_piece_that_came_last() {
+        let mut sieve = Sieve::new();
+        for (is_tiny, right) in [(true, 9), (false, 90), (true, 8)] {
+            let outline = Outline { bounds: Borders { left: 1, top: 2, right, bottom: 7 }, is_tiny };
+            sieve.set_outline(3, outline);
+            assert_eq!(sieve.outline(3), outline);
+        }
+    }
+
+    #[test]
     fn the_sieve_decides_as_the_integers_do() {
         let vertices = vertices(30_000);
         for cull_mode in [CullMode::None, CullMode::Back, CullMode::Front] {
