@@ -493,12 +493,13 @@ impl<'a, I: Index> Triangles<'a, I> {
             group.listed = indices;
             self.next += 3 * count;
             if !HAS_FLOAT_LANES {
-                // One at most. (In chunks, which LLVM does not inline where it optimises for size, it would divide by what might be
-                // zero, for all that it knows.)
-                for slot in slots.take(1) {
-                    if let &[a, b, c] = indices {
-                        take(slot, [a.to_usize(), b.to_usize(), c.to_usize()]);
-                    }
+                // In chunks, which LLVM does not inline where it optimises for size, it would divide by what might be zero, for
+                // all that it knows. Where there is SIMD, this is slower.
+                let mut rest = indices;
+                for slot in slots {
+                    let Some((&[a, b, c], after)) = rest.split_first_chunk() else { break };
+                    take(slot, [a.to_usize(), b.to_usize(), c.to_usize()]);
+                    rest = after;
                 }
                 return count;
             }
