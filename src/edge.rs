@@ -106,8 +106,8 @@ impl EdgeFunction {
         self.at(x, y) + self.bias() >= 0
     }
 
-    /// Whether the samples of a rectangle, which is not empty, all lie on the other side: then so does the one that is
-    /// farthest to this.
+    /// Whether no sample of a rectangle, which is not empty, is covered. E is linear, so it is enough to ask the corner sample where it
+    /// is largest.
     #[inline(always)]
     pub(crate) fn excludes(self, rect: Rect) -> bool {
         let x = if self.a >= 0 { rect.right() - 1 } else { rect.x };

@@ -84,6 +84,12 @@ pub(crate) fn reorder<T: Copy>([a, b, c]: [T; 3], order: [u8; 3]) -> [T; 3] {
 }
 
 /// What weights are made of, at a sample. All are linear on the screen.
+///
+/// ```text
+///   p = E0 / w0        sum = E0 / w0 + E1 / w1 + E2 / w2 = area2 / w        α = p / sum        l = E0 / area2
+///   q = E1 / w1                                                           β = q / sum        m = E1 / area2
+/// ```
+/// with the edge functions E and w at the corners. (What [`Fragment::varyings_dx`] calls p, q and s are these, divided by `area2`.)
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WeightParts {
     /// E · 1/w of corners 0 and 1, and the sum of all three: perspective weights before the division.

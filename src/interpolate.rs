@@ -135,9 +135,9 @@ impl Weights {
 /// use halfplane::{Flat, Varyings, Weights};
 ///
 /// #[derive(Clone, Copy)]
-/// struct Surface { normal: Vec3, uv: Vec2, material: Flat<u32> }
+/// struct Skin { normal: Vec3, uv: Vec2, material: Flat<u32> }
 ///
-/// impl Varyings for Surface {
+/// impl Varyings for Skin {
 ///     #[inline(always)] // lets a shading loop become SIMD, and leaves out what only derivatives need
 ///     fn interpolate([a, b, c]: &[Self; 3], weights: &Weights) -> Self {
 ///         Self {
@@ -245,14 +245,14 @@ impl<T: Varyings> Varyings for NoPerspective<T> {
 /// use halfplane::{Flat, NoPerspective};
 ///
 /// #[derive(Clone, Copy)]
-/// struct Surface {
+/// struct Skin {
 ///     normal: Vec3,
 ///     uv: Vec2,
 ///     screen: NoPerspective<Vec2>,
 ///     material: Flat<u32>,
 /// }
 ///
-/// halfplane::varyings!(Surface { normal, uv, screen, material });
+/// halfplane::varyings!(Skin { normal, uv, screen, material });
 /// ```
 #[macro_export]
 macro_rules! varyings {

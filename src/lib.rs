@@ -23,7 +23,7 @@
 //!   [`Computed`]. [`Rasterizer::project`] projects each vertex of an indexed mesh once.
 //! * What is interpolated is [`Varyings`]: numbers, vectors, arrays, tuples, your structs ([`varyings!`]); [`Flat`] and
 //!   [`NoPerspective`] qualify them.
-//! * The picture goes to a [`Framebuffer`]: [`Surface`] over your slices, or your own memory in three lines; with
+//! * The picture goes to a [`Framebuffer`]: [`Surface`] over your slices, or your own memory; with
 //!   [`CoarseDepth`] around it, what is hidden is left out early.
 //! * A closure with a texture is faster in two: [`Rasterizer::staged`].
 //! * A frame in tiles or bands, one after the other or in threads of yours: [`Grid`] cuts it; [`Rasterizer::prepare`]
@@ -36,11 +36,28 @@
 //! | clip space | x right, y up, 0 ≤ z ≤ w (Direct3D, Vulkan, WebGPU); −w ≤ z ≤ w with [`ClipDepth::NegativeOneToOne`] |
 //! | matrices | glam's `camera::rh::proj::directx`; its `vulkan` ones with a viewport of negative height; its `opengl` ones with [`ClipDepth::NegativeOneToOne`] |
 //! | framebuffer | pixel (0, 0) top left, y down; the sample of pixel (x, y) at (x + ½, y + ½) |
-//! | depth | viewport depth, 0 near to 1 far; [`Less`] and a buffer cleared to 1 by default; reverse Z with [`Greater`] and 0 |
+//! | depth | viewport depth, 0 near to 1 far; [`Less`] and a buffer cleared to 1 by default; reverse Z with [`Greater`], a buffer cleared to 0 and, for instance, `directx::perspective_infinite_reverse` |
 //! | front face | counter-clockwise as displayed |
 //! | subpixels | 1/256 pixel; vertices are rounded to the nearest, to even in ties |
 //! | fill rule | top-left (Direct3D 11.3 functional specification §3.4.2.1) |
 //! | limits | frames up to 16 384 × 16 384 pixels, coordinates within [`EXTENT`] of the origin |
+//!
+//! # Words
+//!
+//! | | |
+//! | --- | --- |
+//! | sample | the point of a pixel where coverage is decided: its centre |
+//! | fragment | a sample that a triangle covers, on its way to a pixel |
+//! | subpixel, 24.8 | 1/256 pixel: a coordinate is an integer of these, with 8 bits behind the point |
+//! | snapping | rounding a projected vertex to subpixels |
+//! | edge function | an integer, linear on the screen: positive on one side of an edge, 0 on it, negative on the other |
+//! | setup | what is worked out once for a triangle |
+//! | traversal | finding the samples that a triangle covers |
+//! | barycentrics | how much of each vertex is in a sample, linear on the screen: α', β', γ' |
+//! | weights | the same, correct in perspective: α, β, γ |
+//! | provoking vertex | that of the three whose values [`Flat`] takes |
+//! | guard band | how far triangles may reach beyond the viewport without being cut |
+//! | watertight | without a gap, and without a sample drawn twice |
 //!
 //! # What is promised
 //!

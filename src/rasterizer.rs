@@ -1,4 +1,7 @@
-//! The hub: state, and the way of a triangle through all the other rooms.
+//! The hub: the pipeline's state, and the draws, which are the way of a triangle through all other stations.
+//!
+//! There are two of each: without SIMD, `one_by_one.rs`, which is the one to read first; with it, triangles come from a
+//! [`Source`] in batches, and their fragments go in packets through `shade.rs`.
 
 use core::fmt;
 use core::marker::PhantomData;
@@ -101,7 +104,7 @@ impl core::error::Error for DrawError {}
 /// use glam::{Vec3, Vec4};
 /// use halfplane::{CullMode, Greater, Primitives, Rasterizer, Surface, Viewport, pack_rgba8};
 ///
-/// let (mut pixels, mut depth) = ([0u32; 64 * 64], [0.0f32; 64 * 64]);
+/// let (mut pixels, mut depth) = ([0u32; 64 * 64], [0.0f32; 64 * 64]); // with reverse Z, 0 is far
 /// let mut target = Surface::new(&mut pixels, &mut depth, 64, 64)?;
 ///
 /// // Reverse Z, back faces culled.
@@ -120,7 +123,7 @@ impl core::error::Error for DrawError {}
 pub struct Rasterizer<V, T = Less> {
     /// Where clip space goes.
     pub viewport: Viewport,
-    /// Nothing is drawn outside of it.
+    /// In pixels of the whole frame, y down: nothing is drawn outside of it. `None` is no limit.
     pub scissor: Option<Rect>,
     /// Which sides are left out.
     pub cull_mode: CullMode,
@@ -628,13 +631,14 @@ pub(crate) trait Source<V> {
     /// must be drawn by then.
     fn refill(&mut self) -> bool;
 
-    /// Leaves out those of them, none of which was drawn yet, that are behind what is there: see [`keep_seen`](crate::behind::keep_seen).
+    /// Takes those of them out that are behind what is there. None of them may have been drawn yet. See
+    /// [`keep_seen`](crate::behind::keep_seen).
     fn leave_out(&mut self, look: impl FnMut([ProjectedVertex; 3], Borders) -> Sight);
 
     /// About where they lie, if it is worth fetching their pixels together.
     fn neighbourhood(&self) -> Option<Borders>;
 
-    /// The next of them, or piece of one.
+    /// The next triangle of these, or the next piece of one that was clipped.
     fn next(&mut self) -> Option<Piece>;
 
     /// How it came about, if it is a piece of a clipped triangle; of the piece that came last alone.

@@ -2,8 +2,8 @@
 //!
 //! The record keeps its corners in one *canonical* order: clockwise as displayed, the topmost first (of two at the same
 //! height the left one). So every number derived from it is the same whichever vertex the caller named first, and the
-//! traversal knows each edge's kind without asking: 0 → 1 runs down the right side, 2 → 0 up the left side, and 1 → 2
-//! closes the triangle on either side or below.
+//! traversal knows each edge's kind without asking. Edge i lies opposite to corner i: edge 2, 0 → 1, runs down the right side or along
+//! a flat top; edge 1, 2 → 0, up the left side; and edge 0, 1 → 2, closes the triangle on either side or below.
 //!
 //! ```text
 //!        0                 0 ───── 1            0

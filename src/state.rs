@@ -58,7 +58,8 @@ pub struct Statistics {
     pub culled: u64,
     /// Triangles without area on the subpixel grid.
     pub degenerate: u64,
-    /// Fragments that passed the depth test and were shaded: how often the closure ran. (Of a depth-only draw: would have.)
+    /// Fragments that passed the depth test and were shaded: how often the closure ran. (Of a depth-only draw: would have. Those of
+    /// [`Staged`](crate::Staged) draws may run more often.)
     pub fragments: u64,
     /// Fragments that were not discarded either: an occlusion query's answer.
     pub samples_passed: u64,

@@ -187,7 +187,8 @@ pub struct Block<'a, C, D> {
     pub stride: usize,
 }
 
-/// What is known of the depths of one row, lent by a [`Framebuffer`]. Draws read the bounds, and write them.
+/// What is known of the depths of one row, lent by a [`Framebuffer`]: bounds of depths, not a triangle's bounding box. Draws read them,
+/// and write them.
 ///
 /// # Examples
 /// [`CoarseDepth`](crate::CoarseDepth) puts them beside any framebuffer. One of your own may keep them itself:

@@ -222,7 +222,7 @@ pub(crate) trait Real:
     /// More columns than the widest triangle has.
     const BEYOND: Self;
 
-    /// A number whose last bit counts ones: added to another, it rounds that to an integer. See [`round`].
+    /// So large that its last bit is worth 1: adding it rounds to an integer. See [`round`].
     const ROUNDING: Self;
 
     /// Of an integer that it holds exactly.

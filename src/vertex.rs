@@ -128,7 +128,7 @@ tuples_of_attributes!(A 0, B 1, C 2, D 3, E 4, F 5);
 /// One attribute in the caller's memory: a slice of it, one field of a slice of structs, or one value for every vertex.
 ///
 /// ```text
-///   value(i) = field(&elements[i · stride])      stride: 1 a vertex, or 0 for a constant
+///   value(i) = field(&elements[i · stride])      stride: 1 if nothing else is said, n for every n-th element, 0 for a constant
 /// ```
 ///
 /// `T` is what the attribute holds and `S` what the memory holds, the same unless it is a struct. Reading through
@@ -181,7 +181,20 @@ impl<'a, T: Copy> Attribute<'a, T> {
 }
 
 impl<'a, T: Copy, S> Attribute<'a, T, S> {
-    /// One field of each struct of a slice, or anything else that a function makes of it.
+    /// One field of each struct of a slice, or anything else that a function makes of it. The function captures nothing: a vertex
+    /// shader with a matrix is a [`Computed`].
+    ///
+    /// ```
+    /// use glam::{Vec2, Vec3};
+    /// use halfplane::{Attribute, Attributes, Flat};
+    /// struct Vertex { normal: Vec3, uv: Vec2, material: u32 }
+    /// let mesh = [Vertex { normal: Vec3::Z, uv: Vec2::X, material: 7 }];
+    /// // For a `Rasterizer<(Vec2, Flat<u32>)>`.
+    /// let varyings =
+    ///     (Attribute::field(&mesh, |vertex| vertex.uv), Attribute::field(&mesh, |vertex| Flat(vertex.material)));
+    /// assert_eq!(varyings.fetch(0), Some((Vec2::X, Flat(7))));
+    /// # let _ = mesh[0].normal;
+    /// ```
     #[must_use]
     pub fn field(elements: &'a [S], field: fn(&S) -> T) -> Self {
         Self { elements, stride: 1, field }
@@ -190,11 +203,14 @@ impl<'a, T: Copy, S> Attribute<'a, T, S> {
     /// Takes every `stride`-th element only: vertex `i` is element `i · stride`. Zero makes the first element a constant.
     ///
     /// ```
+    /// # use glam::{Vec2, vec2, vec4};
     /// # use halfplane::{Attribute, Attributes};
     /// // Position, texture coordinate, position, texture coordinate, …
-    /// let interleaved = [[0.0, 1.0], [0.5, 0.5], [2.0, 3.0], [1.0, 0.0]];
-    /// let positions = Attribute::slice(&interleaved).with_stride(2);
-    /// assert_eq!((positions.len(), positions.fetch(1)), (2, Some([2.0, 3.0])));
+    /// let interleaved = [vec2(0.0, 1.0), vec2(0.5, 0.5), vec2(2.0, 3.0), vec2(1.0, 0.0)];
+    /// let positions = Attribute::field(&interleaved, |at| at.extend(0.0).extend(1.0)).with_stride(2);
+    /// let uvs = Attribute::slice(&interleaved[1..]).with_stride(2);
+    /// assert_eq!((positions.len(), positions.fetch(1)), (2, Some(vec4(2.0, 3.0, 0.0, 1.0))));
+    /// assert_eq!((uvs.len(), uvs.fetch(1)), (2, Some(Vec2::X)));
     /// ```
     #[must_use]
     pub fn with_stride(self, stride: usize) -> Self {

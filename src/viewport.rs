@@ -53,12 +53,12 @@ impl ClipDepth {
 /// let whole = Viewport::of_size(640, 480)?;
 /// let right_half = Viewport::new(320.0, 0.0, 320.0, 480.0)?;
 /// let vulkan = Viewport::new(0.0, 480.0, 640.0, -480.0)?;
-/// let behind_everything = whole.with_depth_range(1.0, 1.0)?;
+/// let sky = whole.with_depth_range(1.0, 1.0)?; // behind everything; with `LessOrEqual`, since 1 is not less than a cleared 1
 /// assert_eq!(
 ///     Viewport::new(0.0, 0.0, 0.0, 480.0).unwrap_err().to_string(),
 ///     "a viewport's width must be a number above 0, not 0"
 /// );
-/// # let _ = (right_half, vulkan, behind_everything);
+/// # let _ = (right_half, vulkan, sky);
 /// # Ok::<(), halfplane::ViewportError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
