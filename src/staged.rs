@@ -69,6 +69,30 @@ impl<V: Varyings, T: DepthTest> Rasterizer<V, T> {
 /// # assert_eq!(pixels.iter().filter(|&&pixel| pixel == 7).count(), 64 * 64 / 2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+///
+/// Two textures in one array, for meshes of several materials: one more number in the index, and still no branch.
+/// ```
+/// # use glam::{Vec2, Vec4};
+/// # use halfplane::{Flat, Primitives, Rasterizer, Surface, Viewport, floor_to_i32};
+/// # let positions = [Vec4::new(-1.0, -1.0, 0.5, 1.0), Vec4::new(1.0, -1.0, 0.5, 1.0), Vec4::new(0.0, 1.0, 0.5, 1.0)];
+/// # let (uvs, materials) = ([Vec2::ZERO, Vec2::X, Vec2::ONE], [Flat(1); 3]);
+/// # let mut texels = [7u32; 2 * 64 * 64];
+/// # texels[64 * 64..].fill(8);
+/// # let mut pixels = [0u32; 64 * 64];
+/// # let mut target = Surface::color_only(&mut pixels, 64, 64)?;
+/// let rasterizer = Rasterizer::<(Vec2, Flat<i32>)>::new(Viewport::of_size(64, 64)?);
+/// rasterizer
+///     .staged(|fragment| {
+///         let (uv, Flat(material)) = fragment.varyings();
+///         let (x, y) = (floor_to_i32(uv.x * 64.0), floor_to_i32(uv.y * 64.0));
+///         material * (64 * 64) + (y & 63) * 64 + (x & 63)
+///     })
+///     .draw(&mut target, Primitives::list(), &positions, (&uvs, &materials), |texel| {
+///         texels[texel as usize & (2 * 64 * 64 - 1)]
+///     })?;
+/// # assert_eq!(pixels.iter().filter(|&&pixel| pixel == 8).count(), 64 * 64 / 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy)]
 #[must_use = "nothing is drawn before one of its draws is called"]
 pub struct Staged<'a, V, T, A> {

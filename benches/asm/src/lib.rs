@@ -11,8 +11,8 @@ mod workloads;
 
 use halfplane::glam::{Vec2, Vec3, Vec4};
 use halfplane::{
-    Fragment, NoPerspective, Primitives, Rasterizer, Surface, Varyings, Viewport, floor_to_i32, pack_rgba8,
-    pack_srgba8,
+    Flat, Fragment, NoPerspective, Primitives, Rasterizer, Surface, Varyings, Viewport, floor_to_i32,
+    pack_rgba8, pack_srgba8,
 };
 
 /// A user's own varyings.
@@ -141,6 +141,25 @@ pub fn packed_first(scene: &mut Scene<'_, Vec2>, texture: &Texture) -> bool {
 #[inline(never)]
 pub fn packed_second(scene: &mut Scene<'_, Vec2>, texture: &Texture) -> bool {
     draw_staged::<false>(scene, texture)
+}
+
+/// Two textures in one array, of which each triangle names its own.
+#[inline(never)]
+pub fn packed_materials(scene: &mut Scene<'_, (Vec2, Flat<i32>)>, textures: &Texture) -> bool {
+    let Ok(viewport) = Viewport::of_size(640, 480) else { return false };
+    let Ok(mut target) = Surface::new(scene.pixels, scene.depth, 640, 480) else { return false };
+    let rasterizer = Rasterizer::<(Vec2, Flat<i32>)>::new(viewport);
+    let staged = rasterizer.staged(|fragment| {
+        let (uv, Flat(material)) = fragment.varyings();
+        let (x, y) = (floor_to_i32(uv.x * 64.0), floor_to_i32(uv.y * 32.0));
+        (material * (32 * 64) + (y & 31) * 64 + (x & 63), length(uv))
+    });
+    let second = |(texel, scale): (i32, f32)| {
+        let texel = textures.texels[texel as usize & (2 * 32 * 64 - 1)];
+        let [red, green, blue] = [0, 10, 20].map(|shift| (texel >> shift & 0x3ff) as f32 / 1023.0 * scale);
+        pack_rgba8(Vec4::new(red, green, blue, 1.0))
+    };
+    staged.draw(&mut target, Primitives::list(), scene.positions, scene.varyings, second).is_ok()
 }
 
 /// Two draws of one [`halfplane::Staged`]: the attribute brings its closure into both.
